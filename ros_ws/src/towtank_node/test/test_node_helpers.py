@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters, diagnostics and the main loop, on real rclpy nodes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from domain_coordinator import domain_id
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.parameters import Parameter, ParameterError, read_parameters
+from towtank_node.qos import RELIABLE_QOS
+
+
+@pytest.fixture
+def context():
+    with domain_id() as domain:
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=domain)
+        yield context
+        rclpy.shutdown(context=context)
+
+
+def node_with(context, **values):
+    overrides = [RosParameter(name, value=value) for name, value in values.items()]
+    return Node("probe", context=context, parameter_overrides=overrides)
+
+
+RATE = Parameter("rate_hz", int, "scan rate, Hz", default=100, minimum=10, maximum=200)
+RIG = Parameter("rig", str, "path of the rig file")
+NOISE = Parameter("noise", str, "sensor noise", default="rig", choices=("rig", "none"))
+
+
+def test_parameters_take_given_and_default_values(context):
+    values = read_parameters(node_with(context, rig="a.yaml"), [RATE, RIG, NOISE])
+    assert (values.rate_hz, values.rig, values.noise) == (100, "a.yaml", "rig")
+
+
+@pytest.mark.parametrize(
+    ("given", "parameter", "words"),
+    [
+        ({}, RIG, ["'rig' is missing", "path of the rig file"]),
+        ({"rate_hz": 500}, RATE, ["'rate_hz'", "[10, 200]"]),
+        ({"rate_hz": "fast"}, RATE, ["'rate_hz'", "scan rate"]),
+        ({"noise": "some"}, NOISE, ["'noise' is 'some'", "rig, none"]),
+    ],
+)
+def test_bad_parameter_is_refused_in_one_line(context, given, parameter, words):
+    with pytest.raises(ParameterError) as refusal:
+        read_parameters(node_with(context, **given), [parameter])
+    message = str(refusal.value)
+    assert "\n" not in message
+    assert all(word in message for word in ["/probe", *words])
+
+
+def test_diagnostics_report_state_and_overruns(context):
+    node = node_with(context)
+    received = []
+    node.create_subscription(DiagnosticArray, "/diagnostics", received.append, RELIABLE_QOS)
+    diagnostics = NodeDiagnostics(node, period_s=1e-9, details=lambda: {"lost": 3})
+    with diagnostics.cycle():
+        sum(range(100))  # longer than a nanosecond
+    diagnostics.overrun(2)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    for _ in range(200):
+        if node.count_subscribers("/diagnostics"):
+            diagnostics.ready()
+        executor.spin_once(timeout_sec=0.05)
+        if received:
+            break
+    status = received[-1].status[0]
+    values = {pair.key: pair.value for pair in status.values}
+    assert status.level == DiagnosticStatus.OK
+    assert status.name == "/probe"
+    assert values["state"] == "ready"
+    assert values["lost"] == "3"
+    assert int(values["overruns"]) == diagnostics.overruns >= 3
+    node.destroy_node()
+
+
+def run_script(body: str) -> subprocess.Popen:
+    script = textwrap.dedent(body)
+    return subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+    )
+
+
+def test_main_loop_says_an_expected_error_in_one_line():
+    process = run_script("""
+        import sys
+        from towtank_node.main import run_node
+        def make():
+            raise FileNotFoundError("no such port: give another")
+        sys.exit(run_node(make))
+    """)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert errors.strip() == "error: no such port: give another"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_main_loop_closes_the_node_on_a_signal(number):
+    process = run_script("""
+        import sys
+        from rclpy.node import Node
+        from towtank_node.main import run_node
+        class Device(Node):
+            def __init__(self):
+                super().__init__("device")
+                self.create_timer(0.05, lambda: print("spinning", flush=True))
+            def close(self):
+                print("closed", flush=True)
+        sys.exit(run_node(lambda: Device()))
+    """)
+    assert process.stdout.readline().strip() == "spinning"
+    process.send_signal(number)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    assert output.strip().endswith("closed")
