@@ -1,0 +1,331 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Check that `board.yaml` is consistent and write the C header `board_protocol.h` from it.
+
+    python generate.py OUTPUT
+
+For every frame, request arguments, response data and the bench frame the header holds
+`struct NAME`, `NAME_SIZE`, `NAME_pack` and `NAME_unpack` (little-endian bytes, no padding).
+A struct holds the fields that the file lists; type, request id and status are the callers'.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from schema_hash import load_board, schema_hash
+
+BOARD_YAML = Path(__file__).with_name("board.yaml")
+
+INTEGER_BYTES = {"u8": 1, "u16": 2, "u24": 3, "u32": 4, "u64": 8, "i32": 4, "i64": 8}
+C_TYPES = {
+    "u8": "uint8_t",
+    "u16": "uint16_t",
+    "u24": "uint32_t",
+    "u32": "uint32_t",
+    "u64": "uint64_t",
+    "i32": "int32_t",
+    "i64": "int64_t",
+    "f64": "double",
+}
+# AD7124 input multiplexer codes (CHANNEL register, AINP and AINM).
+INPUTS = {f"AIN{i}": i for i in range(16)} | {
+    "temperature": 16,
+    "AVSS": 17,
+    "avdd_sixth_positive": 20,
+    "avdd_sixth_negative": 21,
+}
+REFERENCES = {"refin1": 0, "refin2": 1, "internal": 2, "avdd": 3}
+PGA_GAINS = {1: 0, 2: 1, 4: 2, 8: 3, 16: 4, 32: 5, 64: 6, 128: 7}
+FILTER_TYPES = {"sinc4": 0, "sinc3": 2}
+FILTER_ORDER = {"sinc4": 4, "sinc3": 3}
+MAXIMUM_SETUPS = 8
+
+
+class Inconsistent(Exception):
+    """The board file contradicts itself; the message says where and what."""
+
+
+def check(condition: bool, message: str) -> None:
+    if not condition:
+        raise Inconsistent(message)
+
+
+class Field:
+    """One field of a frame: name, scalar type, number of elements (None: not an array)."""
+
+    def __init__(self, name: str, type_name: str) -> None:
+        match = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", type_name)
+        check(match is not None and match[1] in C_TYPES, f"field {name}: no type {type_name!r}")
+        self.name = name
+        self.scalar = match[1]
+        self.count = int(match[2]) if match[2] else None
+
+    @property
+    def scalar_size(self) -> int:
+        return INTEGER_BYTES.get(self.scalar, 8)
+
+    @property
+    def size(self) -> int:
+        return self.scalar_size * (self.count or 1)
+
+
+def layouts(board: dict[str, Any]) -> Iterator[tuple[str, list[Field]]]:
+    """Every layout as (C name, fields)."""
+    for name, frame in board["stream"].items():
+        yield f"{name}_frame", [Field(*field) for field in frame["fields"]]
+    for name, command in board["commands"].items():
+        if command["arguments"]:
+            yield f"{name}_arguments", [Field(*field) for field in command["arguments"]]
+        if command["response"] and command["response"] != board["stream"]["health"]["fields"]:
+            yield f"{name}_response", [Field(*field) for field in command["response"]]
+    yield "bench_frame", [Field(*field) for field in board["bench"]["fields"]]
+
+
+def check_consistency(board: dict[str, Any]) -> None:
+    channels = board["channels"]
+    check(0 < len(channels) <= 8, "channels: valid_mask holds 1 to 8")
+    names = [channel["name"] for channel in channels]
+    check(len(set(names)) == len(names), "channels: a name stands twice")
+    for slot in channels + board["housekeeping"]:
+        where = slot["name"]
+        check(slot["setup"] in board["adc"]["setups"], f"{where}: no setup {slot['setup']!r}")
+        for side in ("positive", "negative"):
+            check(slot[side] in INPUTS, f"{where}: no ADC input {slot[side]!r}")
+    check(len(board["adc"]["setups"]) <= MAXIMUM_SETUPS, "adc.setups: the ADC has eight")
+    for name, setup in board["adc"]["setups"].items():
+        check(
+            setup["reference"] in REFERENCES, f"setup {name}: no reference {setup['reference']!r}"
+        )
+        check(setup["pga"] in PGA_GAINS, f"setup {name}: no gain {setup['pga']!r}")
+    adc_filter = board["adc"]["filter"]
+    check(adc_filter["type"] in FILTER_TYPES, "adc.filter.type: sinc3 or sinc4")
+    check(
+        adc_filter["order"] == FILTER_ORDER[adc_filter["type"]],
+        "adc.filter.order: is not that of the type",
+    )
+
+    data = {field.name: field for field in dict(layouts(board))["data_frame"]}
+    check(data["codes"].count == len(channels), "data.codes: one element per channel")
+    bench = {field.name: field for field in dict(layouts(board))["bench_frame"]}
+    check(bench["terminal_volts"].count == len(channels), "bench.terminal_volts: one per channel")
+
+    wire = board["wire"]
+    types = [frame["type"] for frame in board["stream"].values()]
+    types += [command["type"] for command in board["commands"].values()]
+    types += [command["type"] | wire["response_bit"] for command in board["commands"].values()]
+    check(len(set(types)) == len(types), "frame types: one stands twice")
+    for name, fields in layouts(board):
+        header = 3  # type, request id, status
+        size = sum(field.size for field in fields)
+        check(
+            name == "bench_frame" or header + size <= wire["maximum_payload"],
+            f"{name}: longer than wire.maximum_payload",
+        )
+    check(wire["maximum_payload"] + 2 <= 254, "wire.maximum_payload: one COBS code block holds 254")
+
+    pins = [pin["pin"] for pin in board["pins"].values()]
+    check(len(set(pins)) == len(pins), "pins: one stands twice")
+    controller = board["microcontroller"]
+    check(controller["clock_hz"] % controller["tick_hz"] == 0, "tick_hz: does not divide clock_hz")
+
+
+def config_register(setup: dict[str, Any]) -> int:
+    """AD7124 CONFIG_n: bipolar 11, REF_BUFP/M 8:7, AIN_BUFP 6, AIN_BUFM 5, REF_SEL 4:3, PGA 2:0."""
+    return (
+        setup["bipolar"] << 11
+        | (0b11 if setup["reference_buffers"] else 0) << 7
+        | setup["buffer_positive"] << 6
+        | setup["buffer_negative"] << 5
+        | REFERENCES[setup["reference"]] << 3
+        | PGA_GAINS[setup["pga"]]
+    )
+
+
+def channel_register(slot: dict[str, Any], setups: list[str]) -> int:
+    """AD7124 CHANNEL_n: enable 15, setup 14:12, AINP 9:5, AINM 4:0."""
+    return (
+        1 << 15
+        | setups.index(slot["setup"]) << 12
+        | INPUTS[slot["positive"]] << 5
+        | INPUTS[slot["negative"]]
+    )
+
+
+def define(name: str, value: object) -> str:
+    return f"#define {name} {value}"
+
+
+def braces(values: list[object]) -> str:
+    return "{ " + ", ".join(str(value) for value in values) + " }"
+
+
+def hexadecimal(value: int, digits: int) -> str:
+    return f"0x{value:0{digits}X}u"
+
+
+def pin_lines(pins: dict[str, Any]) -> Iterator[str]:
+    for name, pin in pins.items():
+        prefix = f"BOARD_PIN_{name.upper()}"
+        yield define(f"{prefix}_PORT", f"'{pin['pin'][0]}'")
+        yield define(f"{prefix}_BIT", pin["pin"][1])
+
+
+def constant_lines(board: dict[str, Any]) -> Iterator[str]:
+    controller, adc, wire = board["microcontroller"], board["adc"], board["wire"]
+    channels = board["channels"]
+    setups = list(adc["setups"])
+    rate = board["sampling"]["rate_hz"]
+
+    yield define("BOARD_PROTOCOL", f"{board['protocol']}u")
+    yield define("BOARD_SCHEMA_HASH", hexadecimal(schema_hash(board), 8) + "l")
+    yield define("BOARD_FIRMWARE_VERSION", braces(board["firmware_version"]))
+    yield define("BOARD_CLOCK_HZ", f"{controller['clock_hz']}ul")
+    yield define("BOARD_TICK_HZ", f"{controller['tick_hz']}ul")
+    yield define("BOARD_WATCHDOG_MS", f"{round(controller['watchdog_s'] * 1000)}u")
+    silence = round(controller["host_silence_s"] * controller["tick_hz"])
+    yield define("BOARD_HOST_SILENCE_TICKS", f"{silence}ul")
+    yield define("BOARD_RATE_MINIMUM_HZ", f"{rate['minimum']}u")
+    yield define("BOARD_RATE_MAXIMUM_HZ", f"{rate['maximum']}u")
+    yield define("BOARD_RATE_DEFAULT_HZ", f"{rate['default']}u")
+    yield ""
+    yield from pin_lines(board["pins"])
+    yield ""
+    yield define("BOARD_ADC_MASTER_CLOCK_HZ", f"{adc['master_clock_hz']}ul")
+    yield define("BOARD_ADC_SPI_CLOCK_HZ", f"{adc['spi']['clock_hz']}ul")
+    yield define("BOARD_ADC_INTERNAL_REFERENCE_VOLTS", adc["internal_reference_volts"])
+    yield define("BOARD_ADC_REFIN1_PER_EXCITATION", adc["refin1_per_excitation"])
+    yield define("BOARD_ADC_FILTER_ORDER", f"{adc['filter']['order']}u")
+    yield define("BOARD_ADC_FILTER_TYPE", f"{FILTER_TYPES[adc['filter']['type']]}u")
+    yield define("BOARD_ADC_FILTER_DEAD_CYCLES", f"{adc['filter']['dead_cycles']}u")
+    for limit, value in adc["filter"]["fs"].items():
+        yield define(f"BOARD_ADC_FS_{limit.upper()}", f"{value}u")
+    yield define("BOARD_ADC_SETUP_COUNT", f"{len(setups)}u")
+    yield "/* CONFIG_n by setup; CHANNEL_n by channel; CHANNEL_6 by housekeeping source. */"
+    config = [hexadecimal(config_register(adc["setups"][name]), 4) for name in setups]
+    yield define("BOARD_ADC_CONFIG_REGISTERS", braces(config))
+    for group in ("channels", "housekeeping"):
+        values = [hexadecimal(channel_register(slot, setups), 4) for slot in board[group]]
+        yield define(f"BOARD_ADC_{group.upper()}_REGISTERS", braces(values))
+    yield ""
+    yield define("BOARD_CHANNEL_COUNT", f"{len(channels)}u")
+    for index, channel in enumerate(channels):
+        yield define(f"BOARD_CHANNEL_{channel['name'].upper()}", f"{index}u")
+    yield define("BOARD_HOUSEKEEPING_COUNT", f"{len(board['housekeeping'])}u")
+    for index, source in enumerate(board["housekeeping"]):
+        yield define(f"BOARD_HOUSEKEEPING_{source['name'].upper()}", f"{index}u")
+    yield "/* Analog front end, one element per channel. */"
+    for key in ("gain", "output_reference_volts", "pole_hz", "noise_volts"):
+        yield define(f"BOARD_AFE_{key.upper()}", braces([channel[key] for channel in channels]))
+    yield ""
+    yield define("BOARD_WIRE_BAUD", f"{wire['baud']}ul")
+    yield define("BOARD_WIRE_DELIMITER", f"{wire['delimiter']}u")
+    yield define("BOARD_WIRE_MAXIMUM_PAYLOAD", f"{wire['maximum_payload']}u")
+    yield define("BOARD_WIRE_CRC16_INITIAL", hexadecimal(wire["crc16"]["initial"], 4))
+    yield define("BOARD_WIRE_RESPONSE_BIT", hexadecimal(wire["response_bit"], 2))
+    yield ""
+    for name, frame in board["stream"].items():
+        yield define(f"BOARD_FRAME_{name.upper()}", hexadecimal(frame["type"], 2))
+    for name, command in board["commands"].items():
+        yield define(f"BOARD_COMMAND_{name.upper()}", hexadecimal(command["type"], 2))
+    for group in ("status", "board_state", "data_flags", "reset_cause"):
+        for name, value in board[group].items():
+            prefix = {"board_state": "STATE", "data_flags": "FLAG"}.get(group, group.upper())
+            yield define(f"BOARD_{prefix}_{name.upper()}", f"{value}u")
+    yield ""
+    yield define("BOARD_BENCH_MAGIC", hexadecimal(board["bench"]["magic"], 8) + "l")
+
+
+def layout_lines(name: str, fields: list[Field]) -> Iterator[str]:
+    size = sum(field.size for field in fields)
+    yield ""
+    yield define(f"{name.upper()}_SIZE", f"{size}u")
+    yield f"struct {name} {{"
+    for field in fields:
+        extent = "" if field.count is None else f"[{field.count}]"
+        yield f"    {C_TYPES[field.scalar]} {field.name}{extent};"
+    yield "};"
+    for direction in ("pack", "unpack"):
+        if direction == "pack":
+            yield f"static inline void {name}_pack(uint8_t *bytes, const struct {name} *frame)"
+        else:
+            yield f"static inline void {name}_unpack(struct {name} *frame, const uint8_t *bytes)"
+        yield "{"
+        offset = 0
+        for field in fields:
+            if field.count is None:
+                yield "    " + transfer(direction, field, str(offset), f"frame->{field.name}")
+            else:
+                yield f"    for (uint8_t i = 0; i < {field.count}; i++)"
+                place = f"{offset} + {field.scalar_size} * i"
+                yield "        " + transfer(direction, field, place, f"frame->{field.name}[i]")
+            offset += field.size
+        yield "}"
+
+
+def transfer(direction: str, field: Field, offset: str, member: str) -> str:
+    if field.scalar == "f64":
+        pair = (f"bytes + {offset}", f"&{member}")
+        target, source = pair if direction == "pack" else pair[::-1]
+        return f"memcpy({target}, {source}, 8);"
+    bits = 8 * field.scalar_size
+    unsigned = C_TYPES[f"u{bits}"]
+    if direction == "pack":
+        return f"board_put_u{bits}(bytes + {offset}, ({unsigned}){member});"
+    return f"{member} = ({C_TYPES[field.scalar]})board_get_u{bits}(bytes + {offset});"
+
+
+def integer_lines() -> Iterator[str]:
+    for bits in (8, 16, 24, 32, 64):
+        c_type = C_TYPES[f"u{bits}"]
+        yield f"static inline void board_put_u{bits}(uint8_t *bytes, {c_type} value)"
+        yield "{"
+        for byte in range(bits // 8):
+            yield f"    bytes[{byte}] = (uint8_t)(value >> {8 * byte});"
+        yield "}"
+        yield f"static inline {c_type} board_get_u{bits}(const uint8_t *bytes)"
+        yield "{"
+        terms = [f"(({c_type})bytes[{byte}] << {8 * byte})" for byte in range(bits // 8)]
+        yield f"    return ({c_type})({' | '.join(terms)});"
+        yield "}"
+
+
+def header(board: dict[str, Any]) -> str:
+    lines = [
+        "/* Generated by firmware/protocol/generate.py from board.yaml: edit that, not this. */",
+        "#ifndef BOARD_PROTOCOL_H",
+        "#define BOARD_PROTOCOL_H",
+        "",
+        "#include <stdint.h>",
+        "#include <string.h>",
+        "",
+        *constant_lines(board),
+        "",
+        *integer_lines(),
+    ]
+    for name, fields in layouts(board):
+        lines += layout_lines(name, fields)
+    return "\n".join([*lines, "", "#endif", ""])
+
+
+def main() -> int:
+    if len(sys.argv) != 2:
+        print("usage: generate.py OUTPUT", file=sys.stderr)
+        return 2
+    board = load_board(BOARD_YAML)
+    try:
+        check_consistency(board)
+    except Inconsistent as problem:
+        print(f"{BOARD_YAML.name}: {problem}", file=sys.stderr)
+        return 1
+    output = Path(sys.argv[1])
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_text(header(board), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
