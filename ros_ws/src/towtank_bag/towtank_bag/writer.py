@@ -1,0 +1,376 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes a bag: an MCAP file and metadata.yaml in one directory, as rosbag2 lays it out.
+
+A background thread compresses and writes, fed by a bounded queue. Whatever was handed over more
+than `FLUSH_PERIOD_S` ago is in a finished chunk on its way to the disk, so a process that is
+killed loses no more than that. While a bag is being written its directory holds the file
+RECORDING and no metadata.yaml; both change only at a clean end.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from mcap.writer import CompressionType, Writer
+from ruamel.yaml import YAML
+
+from towtank_bag.definitions import message_definition
+from towtank_bag.layout import METADATA_FILE, RECORDING_MARKER, BagError
+from towtank_bag.qos_profile import OfferedQos
+
+CHUNK_BYTES = 256 * 1024
+FLUSH_PERIOD_S = 0.4
+QUEUE_MESSAGES = 50_000
+"""Half a minute of a whole trial's messages: a disk may stall that long before any is lost."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic to record; `type_name` is `package/msg/Name`."""
+
+    name: str
+    type_name: str
+    qos: OfferedQos
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A file inside the bag."""
+
+    name: str
+    media_type: str
+    data: bytes
+
+
+@dataclass(frozen=True)
+class RawMessage:
+    """One serialised message. `topic` is its index in the writer's list of topics.
+
+    Times are ns since the epoch: reception by the recorder, and publication.
+    """
+
+    topic: int
+    log_time_ns: int
+    publish_time_ns: int
+    data: bytes
+
+
+class BagWriter:
+    """Records serialised messages into a new bag directory.
+
+    directory: must not exist; it is created with its parents.
+    topics: the channels of the bag, all registered at once.
+    attachments, metadata: written first, so that a cut bag holds them too.
+
+    Raises BagError where the directory exists or cannot be made, and from `write` and `close` once
+    the disk has failed. Counters: `messages` (in finished chunks), `overflowed` (refused because
+    the queue was full), `queue_high_water`, `bytes_written`.
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        topics: Sequence[Topic],
+        attachments: Iterable[Attachment] = (),
+        metadata: Mapping[str, Mapping[str, str]] | None = None,
+        queue_messages: int = QUEUE_MESSAGES,
+    ) -> None:
+        self.directory = Path(directory)
+        self._topics = list(topics)
+        self._definitions = [message_definition(topic.type_name) for topic in self._topics]
+        self._queue_messages = queue_messages
+        self._pending: list[RawMessage] = []
+        self._wake = threading.Condition()
+        self._closing = False
+        self._closed = False
+        self._error: BagError | None = None
+        self._drained = False
+        self._counts = [0] * len(self._topics)
+        self._flushed_messages = 0
+        self._first_ns: int | None = None
+        self._last_ns = 0
+        self.overflowed = 0
+        self.queue_high_water = 0
+
+        self._file = _create(self.directory)
+        self._mcap = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
+        try:
+            self._begin(attachments, metadata or {})
+        except OSError as error:
+            self._fail(error)
+            self._file.close()
+            raise self._error from error
+        self._thread = threading.Thread(target=self._run, name="bag-writer", daemon=True)
+        self._thread.start()
+
+    @property
+    def error(self) -> BagError | None:
+        """Why the writing stopped, or None."""
+        return self._error
+
+    @property
+    def messages(self) -> int:
+        """Messages in finished chunks, which outlive this process."""
+        return self._flushed_messages
+
+    @property
+    def bytes_written(self) -> int:
+        """Length of the MCAP file so far."""
+        return self._file.tell()
+
+    def write(self, messages: Sequence[RawMessage]) -> None:
+        """Queue messages. What exceeds the queue is dropped and counted in `overflowed`."""
+        with self._wake:
+            if self._error is not None:
+                raise self._error
+            if self._closing:
+                raise BagError(f"{self.directory}: the bag is closed")
+            room = self._queue_messages - len(self._pending)
+            self._pending.extend(messages[:room])
+            self.overflowed += max(0, len(messages) - room)
+            self.queue_high_water = max(self.queue_high_water, len(self._pending))
+
+    def close(self) -> None:
+        """Write what is queued, finish the file and mark the bag complete. Idempotent.
+
+        Raises BagError when the disk failed; then the bag stays marked as incomplete.
+        """
+        with self._wake:
+            self._closing = True
+            self._wake.notify()
+        self._thread.join()
+        if self._closed:
+            return
+        self._closed = True
+        if self._drained:
+            try:
+                self._finish()
+            except OSError as error:
+                self._fail(error)
+        elif self._error is None:
+            self._error = BagError(f"{self.directory}: the writer thread died; see its traceback")
+        self._file.close()
+        if self._error is not None:
+            raise self._error
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _begin(
+        self, attachments: Iterable[Attachment], metadata: Mapping[str, Mapping[str, str]]
+    ) -> None:
+        self._mcap.start(profile="ros2", library="towtank")
+        now = time.time_ns()
+        for attachment in attachments:
+            self._mcap.add_attachment(
+                now, now, attachment.name, attachment.media_type, attachment.data
+            )
+        for name, values in metadata.items():
+            self._mcap.add_metadata(name, dict(values))
+        schemas: dict[str, int] = {}
+        self._channels = []
+        for topic, definition in zip(self._topics, self._definitions, strict=True):
+            if definition.name not in schemas:
+                schemas[definition.name] = self._mcap.register_schema(
+                    definition.name, "ros2msg", definition.text.encode()
+                )
+            self._channels.append(
+                self._mcap.register_channel(
+                    topic.name,
+                    "cdr",
+                    schemas[definition.name],
+                    {
+                        # JSON is YAML, in which rosbag2 reads it
+                        "offered_qos_profiles": json.dumps([topic.qos.profile()]),
+                        "topic_type_hash": definition.type_hash,
+                    },
+                )
+            )
+        self._flush()
+
+    def _run(self) -> None:
+        try:
+            while self._error is None:
+                with self._wake:
+                    if not self._closing:
+                        self._wake.wait(FLUSH_PERIOD_S)
+                    batch, self._pending = self._pending, []
+                    closing = self._closing
+                for message in batch:
+                    self._add(message)
+                self._flush()
+                if closing:
+                    self._drained = True
+                    return
+        except OSError as error:
+            self._fail(error)
+
+    def _add(self, message: RawMessage) -> None:
+        self._mcap.add_message(
+            self._channels[message.topic],
+            message.log_time_ns,
+            message.data,
+            message.publish_time_ns,
+            self._counts[message.topic],
+        )
+        self._counts[message.topic] += 1
+        if self._first_ns is None or message.log_time_ns < self._first_ns:
+            self._first_ns = message.log_time_ns
+        self._last_ns = max(self._last_ns, message.log_time_ns)
+
+    def _flush(self) -> None:
+        self._mcap.flush()
+        self._file.mark_whole()
+        self._flushed_messages = sum(self._counts)
+
+    def _finish(self) -> None:
+        self._mcap.finish()
+        self._file.sync()
+        _write_atomically(self.directory / METADATA_FILE, _metadata_yaml(self._information()))
+        (self.directory / RECORDING_MARKER).unlink()
+        _sync_directory(self.directory)
+
+    def _fail(self, error: OSError) -> None:
+        """Keep what was written whole, and the marker, and say why."""
+        self._file.cut_to_whole()
+        reason = (
+            f"{self._file.path}: cannot write: {error.strerror}; the recording stopped there and "
+            f"stays marked incomplete: free space and record again"
+        )
+        self._error = BagError(reason)
+
+    def _information(self) -> dict[str, Any]:
+        """Content of metadata.yaml, version 9."""
+        start = {"nanoseconds_since_epoch": self._first_ns or 0}
+        duration = {"nanoseconds": self._last_ns - (self._first_ns or 0)}
+        return {
+            "version": 9,
+            "storage_identifier": "mcap",
+            "duration": duration,
+            "starting_time": start,
+            "message_count": self.messages,
+            "topics_with_message_count": [
+                {
+                    "topic_metadata": {
+                        "name": topic.name,
+                        "type": topic.type_name,
+                        "serialization_format": "cdr",
+                        "offered_qos_profiles": [topic.qos.profile()],
+                        "type_description_hash": definition.type_hash,
+                    },
+                    "message_count": count,
+                }
+                for topic, definition, count in zip(
+                    self._topics, self._definitions, self._counts, strict=True
+                )
+            ],
+            "compression_format": "",
+            "compression_mode": "",
+            "relative_file_paths": [self._file.path.name],
+            "files": [
+                {
+                    "path": self._file.path.name,
+                    "starting_time": start,
+                    "duration": duration,
+                    "message_count": self.messages,
+                }
+            ],
+            "custom_data": None,
+            "ros_distro": "jazzy",
+        }
+
+
+class _UnbufferedFile:
+    """A new file that hands each write to the kernel whole, and can be cut back to the last point
+    at which its content was whole. A buffer of Python's own would go on trying to write after the
+    disk has filled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        self._position = 0
+        self._whole = 0
+
+    def write(self, data: bytes) -> int:
+        rest = memoryview(data)
+        while rest:
+            count = os.write(self._descriptor, rest)
+            self._position += count
+            rest = rest[count:]
+        return len(data)
+
+    def tell(self) -> int:
+        return self._position
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+    def sync(self) -> None:
+        os.fsync(self._descriptor)
+
+    def mark_whole(self) -> None:
+        self._whole = self._position
+
+    def cut_to_whole(self) -> None:
+        os.ftruncate(self._descriptor, self._whole)
+
+    def close(self) -> None:
+        os.close(self._descriptor)
+
+
+def _create(directory: Path) -> _UnbufferedFile:
+    try:
+        directory.mkdir(parents=True)
+        (directory / RECORDING_MARKER).write_text(
+            "This bag is being recorded, or its recording broke off. What it holds can be read.\n",
+            encoding="utf-8",
+        )
+        file = _UnbufferedFile(directory / f"{directory.name}_0.mcap")
+        _sync_directory(directory)
+    except FileExistsError as error:
+        raise BagError(
+            f"{directory}: exists already and is not overwritten; give another directory"
+        ) from error
+    except OSError as error:
+        raise BagError(
+            f"{directory}: cannot make the bag: {error.strerror}; give a directory on a disk that "
+            f"can be written and has space"
+        ) from error
+    return file
+
+
+def _write_atomically(path: Path, text: str) -> None:
+    draft = path.with_name(path.name + ".tmp")
+    with draft.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    draft.replace(path)
+
+
+def _sync_directory(directory: Path) -> None:
+    descriptor = os.open(directory, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _metadata_yaml(information: dict[str, Any]) -> str:
+    yaml = YAML(typ="safe")
+    yaml.default_flow_style = False
+    yaml.representer.ignore_aliases = lambda data: True  # rosbag2's reader knows no anchors
+    text = StringIO()
+    yaml.dump({"rosbag2_bagfile_information": information}, text)
+    return text.getvalue()
