@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sections of the rig file that describe board, sensors and calibrations."""
+
+import datetime
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from towtank_rig.quantity import SI, Quantity, Section, Tolerance, Vector, rig_fault
+from towtank_rig.tow import Length
+
+Voltage = Annotated[Quantity, SI("V")]
+Pressure = Annotated[Quantity, SI("Pa", gt=0)]
+Angle = Annotated[Quantity, SI("rad")]
+Noise = Annotated[Quantity, SI("V", ge=0)]
+Sensitivity = Annotated[Quantity, SI("V/(m/s^2)", gt=0)]
+RelativeLimit = Annotated[Tolerance, SI("1", ge=0)]
+VoltageLimit = Annotated[Tolerance, SI("V", ge=0)]
+PerKelvinLimit = Annotated[Tolerance, SI("1/K", ge=0)]
+VoltagePerKelvinLimit = Annotated[Tolerance, SI("V/K", ge=0)]
+TemperatureLimit = Annotated[Tolerance, SI("K", ge=0)]
+SpeedLimit = Annotated[Tolerance, SI("m/s", ge=0)]
+AngleLimit = Annotated[Tolerance, SI("rad", ge=0)]
+AccelerationLimit = Annotated[Tolerance, SI("m/s^2", ge=0)]
+
+PressureSensorName = Literal["fish_pressure", "depressor_pressure"]
+
+
+class Board(Section):
+    """The ADC board as the rig uses it; ``channels`` are the names in scan order."""
+
+    sample_rate: Annotated[Quantity, SI("Hz", gt=0)]
+    excitation: Annotated[Quantity, SI("V", gt=0)]
+    channels: tuple[str, ...] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _channels_differ(self) -> "Board":
+        if len(set(self.channels)) != len(self.channels):
+            raise rig_fault("a channel is named twice", "name each channel once", at="channels")
+        return self
+
+
+class PressureErrors(Section):
+    """Limits of the systematic errors of one pressure channel, and its noise.
+
+    Limits "of full scale" are fractions of the full-scale pressure. Volts are at the bridge's
+    terminals, at the nominal excitation.
+    """
+
+    span: RelativeLimit
+    offset: VoltageLimit
+    linearity: RelativeLimit  # of full scale
+    hysteresis: RelativeLimit  # of full scale
+    span_temperature: PerKelvinLimit
+    offset_temperature: VoltagePerKelvinLimit
+    temperature_since_calibration: TemperatureLimit
+    temperature_since_zeroing: TemperatureLimit
+    reference_ratio: RelativeLimit  # excitation/4 as the ADC's reference
+    amplifier_gain: RelativeLimit
+    amplifier_offset: VoltageLimit
+    amplifier_offset_temperature: VoltagePerKelvinLimit
+    flow_coefficient: RelativeLimit  # of Cp at the port
+    surge_speed: SpeedLimit  # oscillation of the flow past the port, at the crank's frequency
+    noise: Noise  # white, standard deviation per sample
+
+
+class PressureSensor(Section):
+    """A ratiometric bridge for gauge pressure.
+
+    volts = excitation/reference_excitation · (offset + span · pressure/full_scale)
+    """
+
+    channel: str
+    position: Vector  # of the port, axes of its body
+    full_scale: Pressure
+    reference_excitation: Annotated[Quantity, SI("V", gt=0)]
+    span: Annotated[Quantity, SI("V", gt=0)]
+    offset: Voltage
+    flow_coefficient: Annotated[Quantity, SI("1")]  # Cp = (p − p_static)/(½ρU²) at the port
+    errors: PressureErrors
+
+
+class AccelerometerErrors(Section):
+    """Limits of the systematic errors of each accelerometer axis, and its noise."""
+
+    sensitivity: RelativeLimit
+    zero_g: VoltageLimit
+    nonlinearity: AccelerationLimit
+    cross_axis: RelativeLimit
+    alignment: AngleLimit
+    zero_g_temperature: VoltagePerKelvinLimit
+    temperature_since_calibration: TemperatureLimit
+    noise: Noise  # white, standard deviation per sample
+
+
+class AxisChannels(Section):
+    """Board channel of each accelerometer axis."""
+
+    x: str
+    y: str
+    z: str
+
+
+class Mounting(Section):
+    """Attitude of the sensor in the fish: Rz(yaw)·Ry(pitch)·Rx(roll) turns sensor to fish axes."""
+
+    roll: Angle
+    pitch: Angle
+    yaw: Angle
+
+
+class Accelerometer(Section):
+    """Three-axis accelerometer with analog outputs: volts = zero_g + sensitivity·specific force."""
+
+    channels: AxisChannels
+    position: Vector
+    mounting: Mounting
+    zero_g: Voltage
+    sensitivity: Sensitivity
+    errors: AccelerometerErrors
+
+
+class CrankEncoder(Section):
+    """Quadrature encoder on the crank; counts per revolution after ×4 decoding."""
+
+    counts_per_revolution: int = Field(ge=4)
+    direction: Literal[1, -1]
+
+
+class CarriageEncoder(Section):
+    """Quadrature encoder on a measuring wheel that runs along the rail."""
+
+    counts_per_revolution: int = Field(ge=4)
+    direction: Literal[1, -1]
+    wheel_circumference: Length
+
+
+class Sensors(Section):
+    """All sensors of the rig, each by its channel's name on the board."""
+
+    fish_pressure: PressureSensor
+    depressor_pressure: PressureSensor
+    accelerometer: Accelerometer
+    crank_encoder: CrankEncoder
+    carriage_encoder: CarriageEncoder
+
+
+class PressureCalibration(Section):
+    """Straight line fitted in place through known immersions; takes the place of the data sheet's.
+
+    It covers the whole chain, amplifier and reference included. ``afe_gain`` replaces the board's
+    nominal gain if the amplifier was calibrated by itself.
+    """
+
+    id: str
+    date: datetime.date
+    span: Annotated[Quantity, SI("V", gt=0)]  # at full scale and reference excitation
+    offset: Voltage
+    fitted_range: Pressure  # the line was fitted between 0 and this pressure
+    span_error: RelativeLimit
+    afe_gain: Annotated[Quantity, SI("1", gt=0)] | None = None
+
+
+class AxisCalibration(Section):
+    """Straight line of one accelerometer axis from a six-position calibration."""
+
+    zero_g: Voltage
+    sensitivity: Sensitivity
+
+
+class AccelerometerCalibration(Section):
+    """Six-position calibration; its limits take the place of the data sheet's."""
+
+    id: str
+    date: datetime.date
+    x: AxisCalibration
+    y: AxisCalibration
+    z: AxisCalibration
+    sensitivity_error: RelativeLimit
+    zero_g_error: VoltageLimit
+    alignment_error: AngleLimit
+
+
+class Calibrations(Section):
+    """Calibrations in force; a sensor without one keeps the data sheet's figures."""
+
+    fish_pressure: PressureCalibration | None = None
+    depressor_pressure: PressureCalibration | None = None
+    accelerometer: AccelerometerCalibration | None = None

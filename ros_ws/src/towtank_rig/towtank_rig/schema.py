@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rig: everything that one rig file says, validated. Sections are in tow and instruments."""
+
+import hashlib
+from collections.abc import Iterator
+from typing import Annotated
+
+from pydantic import BaseModel, PrivateAttr, model_validator
+
+from towtank_rig.instruments import Board, Calibrations, Sensors
+from towtank_rig.quantity import SI, Quantity, Section, rig_fault
+from towtank_rig.tow import Depressor, Fish, Length, Lines, Run, TowPoint
+
+
+class Water(Section):
+    """The water of the tank and the local gravity."""
+
+    density: Annotated[Quantity, SI("kg/m^3", gt=0)]
+    gravity: Annotated[Quantity, SI("m/s^2", gt=0)]
+    temperature: Annotated[Quantity, SI("degC", ge=-3, le=50)]
+
+
+class Tank(Section):
+    """Inner dimensions; ``depth`` is the depth of water."""
+
+    length: Length
+    width: Length
+    depth: Length
+
+
+class Rig(Section):
+    """One rig. Load it with ``load_rig``; fields are the sections of the file."""
+
+    name: str
+    description: str
+    water: Water
+    tank: Tank
+    tow_point: TowPoint
+    run: Run
+    lines: Lines
+    depressor: Depressor
+    fish: Fish
+    board: Board
+    sensors: Sensors
+    calibrations: Calibrations = Calibrations()
+
+    _text: str = PrivateAttr(default="")
+    _source: str = PrivateAttr(default="")
+
+    @model_validator(mode="after")
+    def _channels_exist(self) -> "Rig":
+        sensors = self.sensors
+        wanted = {
+            "sensors.fish_pressure.channel": sensors.fish_pressure.channel,
+            "sensors.depressor_pressure.channel": sensors.depressor_pressure.channel,
+            "sensors.accelerometer.channels.x": sensors.accelerometer.channels.x,
+            "sensors.accelerometer.channels.y": sensors.accelerometer.channels.y,
+            "sensors.accelerometer.channels.z": sensors.accelerometer.channels.z,
+        }
+        for where, channel in wanted.items():
+            if channel not in self.board.channels:
+                raise rig_fault(
+                    f"board.channels has no channel {channel!r}",
+                    f"use one of {', '.join(self.board.channels)}",
+                    at=where,
+                )
+        return self
+
+    @property
+    def text(self) -> str:
+        """Return the YAML text from which this rig was read, to the character."""
+        return self._text
+
+    @property
+    def source(self) -> str:
+        """Return the name of the file, or what stands for it."""
+        return self._source
+
+    @property
+    def sha256(self) -> str:
+        """Return the SHA-256 of ``text`` in UTF-8, as hexadecimal digits."""
+        return hashlib.sha256(self._text.encode()).hexdigest()
+
+    def quantities(self) -> Iterator[tuple[str, Quantity]]:
+        """Yield every quantity with its dotted path, in the order of the schema."""
+        yield from _walk(self, "")
+
+    def assumptions(self) -> dict[str, Quantity]:
+        """Return the quantities with basis ``assumed`` by dotted path."""
+        return {path: q for path, q in self.quantities() if q.basis == "assumed"}
+
+    def replace(self, changes: dict[str, object]) -> "Rig":
+        """Return a copy with other values, validated like a file.
+
+        Args:
+            changes: Dotted path to new value: ``{"lines.primary.length": 1.3}``. A number for a
+                quantity is in its SI unit and keeps range, basis and source; a mapping or a
+                string takes the quantity's place as it would stand in the file.
+
+        Raises:
+            RigError: unknown path, or a value that the schema refuses.
+        """
+        from towtank_rig.loading import changed_text, parse_rig  # loading builds on this module
+
+        text = changed_text(self._text, changes, self._source)
+        return parse_rig(text, f"{self._source} (changed)")
+
+
+def _walk(node: object, path: str) -> Iterator[tuple[str, Quantity]]:
+    if isinstance(node, Quantity):
+        yield path, node
+    elif isinstance(node, BaseModel):
+        for name in type(node).model_fields:
+            yield from _walk(getattr(node, name), f"{path}.{name}" if path else name)
+    elif isinstance(node, tuple):
+        for index, item in enumerate(node):
+            yield from _walk(item, f"{path}.{index}")
