@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The `towtank` command. Every verb is a file in verbs/, imported only when it is used."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import click
+
+VERBS = {
+    "trial": "Record a trial and report it.",
+    "compare": "Heave ratios of a recorded bag.",
+    "rig": "Work with rig files.",
+    "test": "Run the test suite.",
+}
+
+
+class Verbs(click.Group):
+    """Loads a verb's module only when it is called: `towtank` itself starts fast."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in VERBS:
+            return None
+        return importlib.import_module(f"towtank_bringup.verbs.{name}").command
+
+
+@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+def towtank() -> None:
+    """Towing-tank trials of a two-part underwater tow, and their simulation."""
+
+
+def main() -> None:
+    """Run the command; errors that a user can mend are one line and exit status 1."""
+    try:
+        sys.exit(towtank.main(prog_name="towtank", standalone_mode=False))
+    except click.exceptions.Exit as end:
+        sys.exit(end.exit_code)
+    except click.UsageError as error:
+        print(f"towtank: error: {error.format_message()}", file=sys.stderr)
+        sys.exit(2)
+    except click.ClickException as error:
+        print(f"towtank: error: {error.format_message()}", file=sys.stderr)
+        sys.exit(1)
+    except (click.Abort, KeyboardInterrupt):
+        print("towtank: stopped", file=sys.stderr)
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is made of a trial's bag once it is closed, and the mark that its directory gets."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from towtank_bag.reader import BagError
+from towtank_compare.report import write_report
+from towtank_compare.trial_result import trial_result
+from towtank_rig import RigError
+
+from towtank_bringup.conductor import TrialError
+from towtank_bringup.processes import ProcessError
+from towtank_bringup.trial_directory import TrialDirectory
+
+
+class IncompleteTrial(RuntimeError):
+    """The trial did not end well; its directory is marked. One line: cause and mend."""
+
+
+@contextlib.contextmanager
+def marked(directory: TrialDirectory) -> Iterator[None]:
+    """Around a trial: its directory is marked by how the trial ends.
+
+    Raises IncompleteTrial for the faults that a trial can meet; others pass as they are.
+    """
+    try:
+        yield
+    except BaseException as error:
+        directory.incomplete()
+        if isinstance(error, (TrialError, ProcessError, RigError, BagError)):
+            raise IncompleteTrial(f"{error} (trial marked incomplete)") from error
+        if isinstance(error, OSError):
+            place = error.filename or directory.path
+            raise IncompleteTrial(
+                f"{place}: {error.strerror}: mend that and start again (trial marked incomplete)"
+            ) from error
+        raise
+    directory.complete()
+
+
+def close_trial(directory: TrialDirectory, say: Callable[[str], None]) -> dict[str, Any]:
+    """Compute result.json and report.html from the bag. Returns the result."""
+    say("computing the heave ratios and the report")
+    result = trial_result(directory.bag)
+    directory.result.write_text(json.dumps(result, indent=2) + "\n")
+    write_report(directory.bag, result, directory.report)
+    return result

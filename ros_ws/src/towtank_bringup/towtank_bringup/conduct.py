@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The conductor as an executable of its own, for launch files: leads a graph that is started."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import psutil
+import rclpy
+
+from towtank_bringup.closing import IncompleteTrial, close_trial, marked
+from towtank_bringup.conductor import open_conductor
+from towtank_bringup.course import drive_for, run_course
+from towtank_bringup.plan import plan_trial
+from towtank_bringup.result_table import print_result
+
+
+def main() -> int:
+    """Lead the trial; returns the exit status. The launch file has made the directory."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rig", required=True)
+    parser.add_argument("--port", type=Path)
+    parser.add_argument("--duration", type=float, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--runtime", type=Path, required=True)
+    arguments, _ = parser.parse_known_args()  # launch adds --ros-args
+    planned = plan_trial(**vars(arguments))
+    try:
+        with marked(planned.directory):
+            conductor = open_conductor(planned.graph, watch=lambda: None, say=print)
+            try:
+                # The nodes are siblings: children of the launch process.
+                run_course(
+                    conductor,
+                    planned.course,
+                    drive_for(planned.on_virtual_tank),
+                    psutil.Process().parent(),
+                )
+            finally:
+                conductor.close()
+                rclpy.try_shutdown()
+            print_result(close_trial(planned.directory, print), planned.directory.path)
+    except IncompleteTrial as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    return 0

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node that leads a trial: waits for the others, zeroes, drives, marks the log.
+
+The conductor knows the graph by name only. It configures and activates the lifecycle nodes, waits
+until every node has reported itself ready on /diagnostics, and publishes the trial's events.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from towtank_interfaces.msg import HeaveRatio, TrialEvent
+from towtank_interfaces.srv import SetDrive
+from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+
+from towtank_bringup.graph import Graph, RosNode
+
+SERVICE_TIMEOUT_S = 30.0
+_SPIN_S = 0.05
+
+
+class TrialError(RuntimeError):
+    """The trial cannot go on; the message names the cause and the mend."""
+
+
+class Conductor(Node):
+    """Leads the nodes of `graph`.
+
+    watch: called a few times a second while waiting; raises if a process of the graph has ended.
+    say: called with one line of progress.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        watch: Callable[[], None] = lambda: None,
+        say: Callable[[str], None] = print,
+        context: rclpy.Context | None = None,
+    ) -> None:
+        super().__init__("conductor", context=context)
+        self._graph = [item for item in graph if isinstance(item, RosNode)]
+        self._watch = watch
+        self.say = say
+        self._statuses: dict[str, DiagnosticStatus] = {}
+        self._joints: dict[str, tuple[float, float]] = {}
+        self.ratios: dict[str, HeaveRatio] = {}
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self)
+        self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS)
+        self.create_subscription(JointState, "/measured/joint_states", self._on_joints, SENSOR_QOS)
+        for source in ("measured", "twin"):
+            self.create_subscription(
+                HeaveRatio,
+                f"/{source}/heave_ratio",
+                lambda ratio, source=source: self.ratios.__setitem__(source, ratio),
+                RELIABLE_QOS,
+            )
+
+    # ------------------------------------------------------------------ what the others say
+    def _on_status(self, array: DiagnosticArray) -> None:
+        for status in array.status:
+            self._statuses[status.name] = status
+
+    def _on_joints(self, joints: JointState) -> None:
+        for name, position, velocity in zip(
+            joints.name, joints.position, joints.velocity, strict=True
+        ):
+            self._joints[name] = (position, velocity)
+
+    def _check(self) -> None:
+        self._watch()
+        for name, status in self._statuses.items():
+            if status.level >= DiagnosticStatus.ERROR:
+                raise TrialError(f"{name}: {status.message}")
+
+    def joint_rate(self, name: str) -> float:
+        """Measured rate of 'crank' (rad/s) or 'carriage' (m/s); NaN before the first sample."""
+        return self._joints.get(name, (float("nan"), float("nan")))[1]
+
+    def overruns(self) -> dict[str, int]:
+        """Overruns that each node has reported so far."""
+        return {
+            name: int(pair.value)
+            for name, status in sorted(self._statuses.items())
+            for pair in status.values
+            if pair.key == "overruns"
+        }
+
+    # ------------------------------------------------------------------------------ waiting
+    def spin_for(self, duration_s: float, progress: Callable[[], None] = lambda: None) -> None:
+        """Let time pass; raises TrialError (or what `watch` raises) if something breaks."""
+        deadline = time.monotonic() + duration_s
+        while (left := deadline - time.monotonic()) > 0:
+            self._executor.spin_once(timeout_sec=min(_SPIN_S, left))
+            self._check()
+            progress()
+
+    def wait_until(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
+        """Spin until `condition` holds; TrialError naming `what` after `timeout_s`."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TrialError(f"{what}: not within {timeout_s:.0f} s")
+            self._executor.spin_once(timeout_sec=_SPIN_S)
+            self._check()
+
+    def call(self, service: type, name: str, request: Any, timeout_s: float) -> Any:
+        """Call a service and wait for its answer; TrialError if there is none."""
+        client = self.create_client(service, name)
+        try:
+            self.wait_until(client.service_is_ready, timeout_s, f"service {name} to come up")
+            future = client.call_async(request)
+            self.wait_until(future.done, timeout_s, f"answer of service {name}")
+            return future.result()
+        finally:
+            self.destroy_client(client)
+
+    # -------------------------------------------------------------------------- leading nodes
+    def _transition(self, node: RosNode, transition: int, word: str) -> None:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        answer = self.call(
+            ChangeState, f"{node.full_name}/change_state", request, SERVICE_TIMEOUT_S
+        )
+        if not answer.success:
+            self.spin_for(1.0)  # its diagnostics say why
+            raise TrialError(f"{node.full_name} could not be {word}: see its log")
+
+    def bring_up(self) -> None:
+        """Activate the lifecycle nodes in the graph's order and wait until every node is ready."""
+        for node in self._graph:
+            if node.lifecycle:
+                self._transition(node, Transition.TRANSITION_CONFIGURE, "configured")
+                self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
+        self.wait_until(
+            lambda: not self._not_ready(), SERVICE_TIMEOUT_S, "all nodes to report ready"
+        )
+
+    def _not_ready(self) -> list[str]:
+        def ready(name: str) -> bool:
+            status = self._statuses.get(name)
+            return status is not None and any(
+                (pair.key, pair.value) == ("state", "ready") for pair in status.values
+            )
+
+        return [node.full_name for node in self._graph if not ready(node.full_name)]
+
+    def shut_down(self) -> None:
+        """Deactivate and clean up the lifecycle nodes, the last activated first."""
+        for node in reversed(self._graph):
+            if node.lifecycle:
+                self._transition(node, Transition.TRANSITION_DEACTIVATE, "deactivated")
+                self._transition(node, Transition.TRANSITION_CLEANUP, "cleaned up")
+
+    def zero(self, node_name: str) -> str:
+        """Zero a pressure sensor at rest. Returns what the node says of it."""
+        answer = self.call(Trigger, f"{node_name}/zero", Trigger.Request(), SERVICE_TIMEOUT_S)
+        if not answer.success:
+            raise TrialError(f"{node_name} could not be zeroed: {answer.message}")
+        return answer.message
+
+    def set_drive(self, carriage_speed: float, crank_rate: float, ramp_time: float) -> None:
+        """Command the virtual tank's carriage (m/s) and crank (rad/s) along a ramp (s)."""
+        request = SetDrive.Request(
+            carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
+        )
+        answer = self.call(SetDrive, "/plant/set_drive", request, SERVICE_TIMEOUT_S)
+        if not answer.success:
+            raise TrialError(f"the drive refused {carriage_speed} m/s: {answer.message}")
+
+    def mark(self, event: str, **detail: Any) -> None:
+        """Publish an event of the trial, stamped now."""
+        message = TrialEvent(event=event, detail=json.dumps(detail))
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._events.publish(message)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.destroy_node()
+
+
+def open_conductor(
+    graph: Graph, watch: Callable[[], None], say: Callable[[str], None]
+) -> Conductor:
+    """A conductor in a ROS context without signal handlers: Ctrl-C stays the caller's."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    return Conductor(graph, watch, say)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Leading a trial through its course: zero, start, steady run, log, stop."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+import psutil
+from towtank_interfaces.msg import TrialEvent
+
+from towtank_bringup.conductor import Conductor
+from towtank_bringup.plan import Course
+
+STEADY_TOLERANCE = 0.03
+"""Carriage and crank count as steady within this fraction of their set values."""
+STEADY_TIME_S = 1.0
+
+
+class Drive(Protocol):
+    """What moves carriage and crank. `start_timeout_s`: how long they may take to run steadily."""
+
+    start_timeout_s: float
+
+    def start(self, conductor: Conductor, course: Course) -> None: ...
+
+    def stop(self, conductor: Conductor, course: Course) -> None: ...
+
+
+class VirtualDrive:
+    """The virtual tank's drive, told by a service."""
+
+    start_timeout_s = 60.0
+
+    def start(self, conductor: Conductor, course: Course) -> None:
+        conductor.set_drive(course.carriage_speed, course.crank_rate, course.ramp_time)
+
+    def stop(self, conductor: Conductor, course: Course) -> None:
+        conductor.set_drive(0.0, 0.0, course.ramp_time)
+        conductor.spin_for(course.ramp_time + 0.5)
+
+
+class OperatorDrive:
+    """A person at the carriage, told in words."""
+
+    start_timeout_s = 300.0
+
+    def start(self, conductor: Conductor, course: Course) -> None:
+        conductor.say(
+            f"start the carriage ({course.carriage_speed:g} m/s) and the crank "
+            f"({course.crank_rate:.4g} rad/s); the log starts by itself once both are steady"
+        )
+
+    def stop(self, conductor: Conductor, course: Course) -> None:
+        conductor.say("stop the carriage and the crank")
+
+
+def run_course(
+    conductor: Conductor, course: Course, drive: Drive, process_tree: psutil.Process
+) -> None:
+    """Lead one trial through; everything it leaves is in the recorder's bag.
+
+    process_tree: the process whose descendants are the graph, for the processor time it takes.
+    """
+    conductor.say("waiting for the nodes")
+    conductor.bring_up()
+    conductor.mark(TrialEvent.STARTED, duration_s=course.duration)
+
+    conductor.say("zeroing the pressure sensors at rest")
+    for place in ("fish", "depressor"):
+        words = conductor.zero(f"/measured/{place}/pressure_sensor")
+        conductor.mark(TrialEvent.ZEROED, sensor=f"{place}_pressure", message=words)
+
+    conductor.say(
+        f"carriage to {course.carriage_speed:g} m/s, crank to {course.crank_rate:.4g} rad/s"
+    )
+    drive.start(conductor, course)
+    conductor.mark(
+        TrialEvent.DRIVE, carriage_speed=course.carriage_speed, crank_rate=course.crank_rate
+    )
+    _wait_for_steady_run(conductor, course, drive.start_timeout_s)
+    conductor.spin_for(course.settle_time)
+
+    conductor.mark(TrialEvent.LOG_START)
+    start, busy = time.monotonic(), _cpu_seconds(process_tree)
+    conductor.spin_for(course.duration, lambda: _show_progress(conductor, course, start))
+    cpu_cores = (_cpu_seconds(process_tree) - busy) / (time.monotonic() - start)
+    conductor.mark(TrialEvent.LOG_STOP)
+
+    conductor.say("stopping the carriage and the crank")
+    drive.stop(conductor, course)
+    conductor.mark(
+        TrialEvent.RESOURCES, cpu_cores=round(cpu_cores, 3), overruns=conductor.overruns()
+    )
+    conductor.mark(TrialEvent.STOPPED)
+    conductor.spin_for(0.5)  # the recorder takes the last events in
+    conductor.shut_down()
+
+
+def _wait_for_steady_run(conductor: Conductor, course: Course, timeout_s: float) -> None:
+    steady_since: list[float] = []
+
+    def steady() -> bool:
+        near = all(
+            abs(conductor.joint_rate(name) - target) <= STEADY_TOLERANCE * abs(target)
+            for name, target in (("carriage", course.carriage_speed), ("crank", course.crank_rate))
+        )
+        if not near:
+            steady_since.clear()
+        elif not steady_since:
+            steady_since.append(time.monotonic())
+        return near and time.monotonic() - steady_since[0] >= STEADY_TIME_S
+
+    conductor.wait_until(
+        steady,
+        timeout_s,
+        f"carriage at {course.carriage_speed:g} m/s and crank at {course.crank_rate:.4g} rad/s",
+    )
+
+
+def _cpu_seconds(process_tree: psutil.Process) -> float:
+    """Processor time of a process and its descendants so far, user and system, s."""
+    total = 0.0
+    for process in [process_tree, *process_tree.children(recursive=True)]:
+        try:
+            times = process.cpu_times()
+        except psutil.NoSuchProcess:
+            continue
+        total += times.user + times.system
+    return total
+
+
+def _show_progress(conductor: Conductor, course: Course, start: float) -> None:
+    ratios = "  ".join(
+        f"{source} {ratio.value:.4f}"
+        for source, ratio in sorted(conductor.ratios.items())
+        if ratio.valid
+    )
+    done = min(time.monotonic() - start, course.duration)
+    conductor.say(f"logging {done:5.1f} of {course.duration:g} s   heave ratio {ratios or '...'}")
+
+
+def drive_for(on_virtual_tank: bool) -> Drive:
+    """The drive that a trial has."""
+    return VirtualDrive() if on_virtual_tank else OperatorDrive()

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The graph of a trial: which nodes and programs run, under which names, with which parameters.
+
+This is the one place that says so. The `towtank` command starts these processes itself; the
+launch file turns the same description into launch actions. No ROS in here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class RosNode:
+    """A node that is its own process.
+
+    lifecycle: the conductor configures and activates it, and deactivates it at the end.
+    """
+
+    package: str
+    executable: str
+    namespace: str
+    name: str
+    parameters: dict[str, Any] = field(default_factory=dict)
+    lifecycle: bool = False
+
+    @property
+    def full_name(self) -> str:
+        """Fully qualified node name, as diagnostics and services carry it."""
+        return f"{self.namespace.rstrip('/')}/{self.name}"
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program outside ROS. It is up once its standard output has a line that begins so."""
+
+    name: str
+    command: tuple[str, ...]
+    ready_line: str
+
+    @property
+    def full_name(self) -> str:
+        return self.name
+
+
+Graph = tuple[RosNode | Program, ...]
+"""In the order of starting; stopped the other way round."""
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """What a trial's graph depends on. Paths are absolute; rates and times in SI units."""
+
+    rig: Path
+    bag: Path
+    port: Path
+    rate_hz: int = 100
+    segments: int = 20
+    step_s: float = 0.005
+    window_s: float = 10.0
+
+
+@dataclass(frozen=True)
+class VirtualTankSettings:
+    """The stand-in for tank, sensors and board.
+
+    runtime: folder for the virtual board's pty link and bench socket.
+    crank_cpr, carriage_cpr: counts per revolution of the encoders, after decoding by four.
+    plant_rig: the plant's own rig file, which may differ from what the twin assumes.
+    noise: 'rig' for sensor errors drawn from the rig's budget, 'none' for ideal sensors.
+    """
+
+    plant_rig: Path
+    firmware: Path
+    runtime: Path
+    crank_cpr: int
+    carriage_cpr: int
+    noise: str = "rig"
+    seed: int = 1
+
+    @property
+    def port(self) -> Path:
+        return self.runtime / "board"
+
+    @property
+    def bench_socket(self) -> Path:
+        return self.runtime / "bench"
+
+
+def measurement(settings: TrialSettings) -> Graph:
+    """Acquisition, twin, comparison and recorder: the same with a real and a virtual tank."""
+    rig = {"rig": str(settings.rig)}
+
+    def pressure(place: str) -> RosNode:
+        return RosNode(
+            "towtank_daq",
+            "pressure",
+            f"/measured/{place}",
+            "pressure_sensor",
+            {**rig, "sensor": f"{place}_pressure"},
+        )
+
+    return (
+        RosNode(
+            "towtank_bag", "recorder", "/", "recorder", {**rig, "uri": str(settings.bag)}, True
+        ),
+        pressure("fish"),
+        pressure("depressor"),
+        RosNode("towtank_daq", "inclinometer", "/measured/fish", "inclinometer", rig),
+        RosNode("towtank_daq", "encoder", "/measured", "encoder", rig),
+        RosNode(
+            "towtank_sim",
+            "twin",
+            "/twin",
+            "simulator",
+            {**rig, "segments": settings.segments, "step_s": settings.step_s},
+        ),
+        RosNode(
+            "towtank_compare",
+            "comparison",
+            "/",
+            "comparison",
+            {**rig, "window_s": settings.window_s},
+        ),
+        RosNode(
+            "towtank_daq",
+            "adc_board",
+            "/measured",
+            "adc_board",
+            {**rig, "port": str(settings.port), "rate_hz": settings.rate_hz},
+            True,
+        ),
+    )
+
+
+def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
+    """Virtual board, plant simulator and virtual bench: what the real tank and board do else."""
+    return (
+        Program(
+            "virtual_board",
+            (
+                str(tank.firmware / "vboard" / "towtank-vboard"),
+                "--elf",
+                str(tank.firmware / "towtank_board.elf"),
+                "--pty-link",
+                str(tank.port),
+                "--bench-socket",
+                str(tank.bench_socket),
+                "--crank-cpr",
+                str(tank.crank_cpr),
+                "--carriage-cpr",
+                str(tank.carriage_cpr),
+                "--seed",
+                str(tank.seed),
+            ),
+            "ready",
+        ),
+        RosNode(
+            "towtank_sim",
+            "plant",
+            "/plant",
+            "simulator",
+            {
+                "rig": str(tank.plant_rig),
+                "segments": settings.segments,
+                "step_s": settings.step_s,
+            },
+        ),
+        RosNode(
+            "towtank_sim",
+            "bench",
+            "/plant",
+            "bench",
+            {
+                "rig": str(tank.plant_rig),
+                "socket": str(tank.bench_socket),
+                "noise": tank.noise,
+                "seed": tank.seed,
+            },
+        ),
+    )

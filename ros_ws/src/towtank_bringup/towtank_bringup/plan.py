@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a user's wishes to a planned trial: rig, graph, course and directory. Starts nothing."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from towtank_rig import Rig, load_rig
+
+from towtank_bringup.graph import (
+    Graph,
+    TrialSettings,
+    VirtualTankSettings,
+    measurement,
+    virtual_tank,
+)
+from towtank_bringup.rigs import rig_path
+from towtank_bringup.trial_directory import TrialDirectory
+
+
+class PlanError(ValueError):
+    """The trial cannot be as wished; the message names the cause and the mend."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the carriage and the crank do. Times in s, speeds in m/s and rad/s.
+
+    settle_time: steady running before the log starts, to let the ramp's motion die down.
+    """
+
+    duration: float
+    carriage_speed: float
+    crank_rate: float
+    ramp_time: float
+    settle_time: float = 5.0
+
+    @classmethod
+    def from_rig(cls, rig: Rig, duration: float) -> Course:
+        """The course that the rig file describes."""
+        return cls(
+            duration=duration,
+            carriage_speed=rig.run.carriage_speed.value,
+            crank_rate=rig.run.crank_rate.value,
+            ramp_time=rig.run.ramp_time.value,
+        )
+
+    @property
+    def run_length(self) -> float:
+        """Way of the carriage from rest to rest, m (a ramp counts half)."""
+        return self.carriage_speed * (self.settle_time + self.duration + self.ramp_time)
+
+
+@dataclass(frozen=True)
+class PlannedTrial:
+    """A trial that is ready to start. `on_virtual_tank`: no hardware is involved."""
+
+    rig: Rig
+    graph: Graph
+    course: Course
+    directory: TrialDirectory
+    on_virtual_tank: bool
+
+    def notes(self) -> list[str]:
+        """What the experimenter should know before the start."""
+        if self.course.run_length <= self.rig.tank.length.value:
+            return []
+        return [
+            f"note: the carriage runs {self.course.run_length:.0f} m, the tank of {self.rig.name} "
+            f"is {self.rig.tank.length.value:g} m long"
+        ]
+
+
+def plan_trial(
+    *,
+    rig: str,
+    runtime: Path,
+    port: Path | None = None,
+    duration: float = 40.0,
+    out: Path | None = None,
+    plant_rig: str | None = None,
+    noise: str = "rig",
+    seed: int = 1,
+) -> PlannedTrial:
+    """Plan a trial. See `towtank trial --help` for the arguments.
+
+    runtime: an existing folder for the virtual board's pty link and socket; keep it short, a
+    socket's path may have 107 characters.
+    Raises RigError for a bad rig file, PlanError for what else cannot be.
+    """
+    if port and not port.exists():
+        raise PlanError(
+            f"port {port} does not exist: connect the board, or leave the port out for the "
+            "virtual one"
+        )
+    rig_file = rig_path(rig)
+    loaded = load_rig(rig_file)
+    now = datetime.datetime.now(datetime.UTC)
+    directory = TrialDirectory(
+        (out or Path("trials") / f"{rig_file.stem}-{now:%Y%m%dT%H%M%SZ}").absolute()
+    )
+    settings = TrialSettings(rig_file, directory.bag, port or runtime / "board")
+    graph = measurement(settings)
+    if port is None:
+        plant_rig_file = rig_path(plant_rig) if plant_rig else rig_file
+        load_rig(plant_rig_file)
+        tank = VirtualTankSettings(
+            plant_rig=plant_rig_file,
+            firmware=_firmware_folder(),
+            runtime=runtime,
+            crank_cpr=loaded.sensors.crank_encoder.counts_per_revolution,
+            carriage_cpr=loaded.sensors.carriage_encoder.counts_per_revolution,
+            noise=noise,
+            seed=seed,
+        )
+        graph = virtual_tank(settings, tank) + graph
+    return PlannedTrial(loaded, graph, Course.from_rig(loaded, duration), directory, port is None)
+
+
+def _firmware_folder() -> Path:
+    folder = os.environ.get("TOWTANK_FIRMWARE")
+    if not folder:
+        raise PlanError(
+            "the virtual board is not built: start through ./towtank, or run `make -C firmware` "
+            "and set TOWTANK_FIRMWARE to build/firmware"
+        )
+    return Path(folder)

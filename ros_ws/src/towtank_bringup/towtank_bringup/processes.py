@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Starting, watching and stopping the processes of a graph."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+
+from towtank_bringup.graph import Graph, Program, RosNode
+
+STOP_TIMEOUT_S = 10.0
+_PR_SET_PDEATHSIG = 1
+
+
+class ProcessError(RuntimeError):
+    """A process of the graph could not start, or ended before its time."""
+
+
+def command_of(item: RosNode | Program) -> list[str]:
+    """The command line that starts an item of the graph."""
+    if isinstance(item, Program):
+        return list(item.command)
+    try:
+        prefix = Path(get_package_prefix(item.package))
+    except PackageNotFoundError as error:
+        raise ProcessError(
+            f"package {item.package} is not in the environment: build the workspace and source it"
+        ) from error
+    command = [str(prefix / "lib" / item.package / item.executable), "--ros-args"]
+    command += ["-r", f"__ns:={item.namespace}", "-r", f"__node:={item.name}"]
+    for name, value in item.parameters.items():
+        command += ["-p", f"{name}:={json.dumps(value)}"]  # JSON is the YAML that rcl reads
+    return command
+
+
+def _die_with_parent() -> None:
+    """In the child, before it becomes the program: no orphans, even if the parent is killed."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+@dataclass
+class Process:
+    """A running item of the graph, with its output in a log file."""
+
+    item: RosNode | Program
+    popen: subprocess.Popen[bytes]
+    log: Path
+
+    def last_words(self) -> str:
+        """The line of its log that tells most: the last error, or the last line."""
+        lines = [line for line in self.log.read_text(errors="replace").splitlines() if line.strip()]
+        errors = [line for line in lines if "error" in line.lower()]
+        return (errors or lines or ["it said nothing"])[-1].strip().removeprefix("error: ")
+
+
+class ProcessGroup:
+    """The processes of a graph. Children get their own session: Ctrl-C reaches only us, and we
+    stop them in order."""
+
+    def __init__(self, logs: Path) -> None:
+        self._logs = logs
+        self._processes: list[Process] = []
+        logs.mkdir(parents=True, exist_ok=True)
+
+    def start(self, graph: Graph) -> None:
+        """Start every item, in order; a Program is waited for until it says that it is ready."""
+        for item in graph:
+            log = self._logs / (item.full_name.strip("/").replace("/", ".") + ".log")
+            with log.open("wb") as output:
+                process = Process(item, self._spawn(item, output), log)
+            self._processes.append(process)
+            if isinstance(item, Program):
+                self._wait_for_line(process, item.ready_line)
+
+    def _spawn(self, item: RosNode | Program, output: IO[bytes]) -> subprocess.Popen[bytes]:
+        command = command_of(item)
+        try:
+            return subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                preexec_fn=_die_with_parent,
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            )
+        except OSError as error:
+            raise ProcessError(
+                f"{item.full_name} cannot start: {command[0]}: {error.strerror}: "
+                "build the project first"
+            ) from error
+
+    def _wait_for_line(self, process: Process, beginning: str, timeout_s: float = 30.0) -> None:
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            if any(
+                line.startswith(beginning)
+                for line in process.log.read_text(errors="replace").splitlines()
+            ):
+                return
+            self.check()
+            time.sleep(0.02)
+        raise ProcessError(f"{process.item.full_name} is not up after {timeout_s:.0f} s")
+
+    def check(self) -> None:
+        """Raise ProcessError if any process has ended."""
+        for process in self._processes:
+            status = process.popen.poll()
+            if status is not None:
+                raise ProcessError(
+                    f"{process.item.full_name} ended with status {status}: {process.last_words()}"
+                )
+
+    def stop(self) -> list[str]:
+        """Stop all, the last started first. Returns the names of those that had to be killed."""
+        killed = []
+        for process in reversed(self._processes):
+            if process.popen.poll() is None:
+                process.popen.send_signal(signal.SIGINT)
+                try:
+                    process.popen.wait(STOP_TIMEOUT_S)
+                except subprocess.TimeoutExpired:
+                    process.popen.kill()
+                    process.popen.wait()
+                    killed.append(process.item.full_name)
+        self._processes.clear()
+        return killed

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`towtank trial`: record a trial, on the virtual tank or on a real one, and report it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import psutil
+import rclpy
+from domain_coordinator import domain_id
+from towtank_rig import RigError
+
+from towtank_bringup.closing import IncompleteTrial, close_trial, marked
+from towtank_bringup.conductor import open_conductor
+from towtank_bringup.course import drive_for, run_course
+from towtank_bringup.plan import PlanError, PlannedTrial, plan_trial
+from towtank_bringup.processes import ProcessGroup
+from towtank_bringup.progress import ProgressLine
+from towtank_bringup.result_table import print_result
+
+
+@click.command(name="trial")
+@click.option("--rig", default="nit_calicut_2012", help="Rig file, or name of one.")
+@click.option("--port", type=click.Path(path_type=Path), help="Serial port of the ADC board.")
+@click.option("--virtual", is_flag=True, help="Virtual board and tank (default without --port).")
+@click.option(
+    "--duration", type=click.FloatRange(min=5.0), default=40.0, help="Logged time, s (40)."
+)
+@click.option("--out", type=click.Path(path_type=Path), help="New directory for the trial.")
+@click.option("--plant-rig", help="Virtual tank: the plant's own rig file (default: the rig).")
+@click.option(
+    "--noise",
+    type=click.Choice(["rig", "none"]),
+    default="rig",
+    help="Virtual tank: sensor errors drawn from the rig's budget, or ideal sensors.",
+)
+@click.option("--seed", type=int, default=1, help="Virtual tank: seed of the sensor errors (1).")
+@click.option("--json", "as_json", is_flag=True, help="Print result.json instead of the table.")
+def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
+    """Record a trial, compute its heave ratios and write a report."""
+    if virtual and wishes["port"]:
+        raise click.UsageError("--virtual and --port exclude each other: give one")
+    say = ProgressLine()
+    with _runtime_folder() as runtime:
+        try:
+            planned = plan_trial(runtime=runtime, **wishes)
+        except (PlanError, RigError) as error:
+            raise click.ClickException(str(error)) from error
+        for note in planned.notes():
+            say(note)
+        _create(planned)
+        try:
+            with _sigterm_as_interrupt(), marked(planned.directory):
+                with _ros_domain():
+                    _start_and_lead(planned, say)
+                result = close_trial(planned.directory, say)
+        except IncompleteTrial as error:
+            raise click.ClickException(str(error)) from error
+        finally:
+            say.close()
+    if as_json:
+        click.echo(json.dumps(result, indent=2))
+    else:
+        print_result(result, planned.directory.path)
+
+
+def _create(planned: PlannedTrial) -> None:
+    path = planned.directory.path
+    try:
+        planned.directory.create()
+    except FileExistsError as error:
+        raise click.ClickException(
+            f"output directory {path} exists: give a new one with --out"
+        ) from error
+    except OSError as error:
+        raise click.ClickException(
+            f"cannot write {path}: {error.strerror}: give another directory with --out"
+        ) from error
+
+
+def _start_and_lead(planned: PlannedTrial, say: ProgressLine) -> None:
+    """Start the graph, lead the trial through, stop everything whatever happens."""
+    processes = ProcessGroup(planned.directory.logs)
+    conductor = None
+    try:
+        say("starting the graph")
+        processes.start(planned.graph)
+        conductor = open_conductor(planned.graph, processes.check, say)
+        run_course(conductor, planned.course, drive_for(planned.on_virtual_tank), psutil.Process())
+    finally:
+        # A second Ctrl-C must not leave processes behind.
+        previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if conductor:
+            conductor.close()
+            rclpy.try_shutdown()
+        for name in processes.stop():
+            say(f"warning: {name} did not stop by itself and was killed")
+        signal.signal(signal.SIGINT, previous)
+
+
+@contextlib.contextmanager
+def _sigterm_as_interrupt() -> Iterator[None]:
+    """A `kill` ends a trial as Ctrl-C does."""
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    previous = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+
+
+@contextlib.contextmanager
+def _runtime_folder() -> Iterator[Path]:
+    folder = Path(tempfile.mkdtemp(prefix="towtank-"))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _ros_domain() -> Iterator[None]:
+    """Two trials on one machine must not hear each other: take a ROS domain that is free."""
+    if "ROS_DOMAIN_ID" in os.environ:
+        yield
+        return
+    with domain_id() as domain:
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
+        try:
+            yield
+        finally:
+            del os.environ["ROS_DOMAIN_ID"]
