@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The plant as a node: real time, ahead of now by a lead.
+
+Every 10 ms of simulated time one state is published with its own instant as the stamp. It lies
+`lead_s` in the future, so that the virtual board has the state before it has to convert it. When
+the machine has held the node up, it catches up cycle by cycle and leaves none out; a state that is
+published after its instant counts as an overrun.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+from towtank_interfaces.msg import CableState
+from towtank_interfaces.srv import SetDrive
+from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.main import run_node
+from towtank_node.parameters import Parameter, read_parameters
+from towtank_node.qos import SENSOR_QOS
+from towtank_rig import RigError, load_rig
+
+import sim_core as sc
+from towtank_sim.clock import monotonic_to_ros_offset
+from towtank_sim.drive import DriveError, drive_command
+from towtank_sim.messages import (
+    CableStateWriter,
+    ImuWriter,
+    JointStateWriter,
+    OdometryWriter,
+)
+from towtank_sim.model import ModelError
+from towtank_sim.plant import CYCLE_NS, Plant
+from towtank_sim.simulator_parameters import RIG, SEGMENTS, STEP
+
+_PARAMETERS = (
+    RIG,
+    SEGMENTS,
+    STEP,
+    Parameter(
+        "lead_s",
+        float,
+        "how far the plant runs ahead of real time, s",
+        default=0.05,
+        minimum=0.0,
+        maximum=1.0,
+    ),
+)
+_CYCLES_PER_CABLE_STATE = 5  # 20 Hz
+_MOST_CYCLES_AT_ONCE = 10  # then services and diagnostics get their turn
+
+
+class PlantNode(Node):
+    """Node /plant/simulator; topics are relative to its namespace."""
+
+    def __init__(self) -> None:
+        super().__init__("simulator", namespace="plant")
+        parameters = read_parameters(self, _PARAMETERS)
+        self._plant = Plant(load_rig(parameters.rig), parameters.segments, parameters.step_s)
+        self._lead_ns = round(parameters.lead_s * 1e9)
+        self._fish_odometry = OdometryWriter("fish")
+        self._depressor_odometry = OdometryWriter("depressor")
+        self._joint_states = JointStateWriter()
+        self._imu = ImuWriter("fish")
+        self._cable_state = CableStateWriter()
+        self._publish_fish = self.create_publisher(Odometry, "fish/odometry", SENSOR_QOS).publish
+        self._publish_depressor = self.create_publisher(
+            Odometry, "depressor/odometry", SENSOR_QOS
+        ).publish
+        self._publish_joints = self.create_publisher(JointState, "joint_states", SENSOR_QOS).publish
+        self._publish_imu = self.create_publisher(Imu, "fish/imu", SENSOR_QOS).publish
+        self._publish_cables = self.create_publisher(CableState, "cable_state", SENSOR_QOS).publish
+        self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
+        self.create_service(SetDrive, "set_drive", self._set_drive)
+        # Real time is the monotonic clock's: a plant cannot follow a simulated or a set clock.
+        self._start_ns = time.monotonic_ns()
+        self._stamp_of_start = self._start_ns + monotonic_to_ros_offset(
+            lambda: self.get_clock().now().nanoseconds
+        )
+        self._timer = self.create_timer(
+            CYCLE_NS * 1e-9, self._catch_up, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._diagnostics.ready()
+
+    def _ahead_ns(self) -> int:
+        """By how much the plant's state lies in the future."""
+        return self._plant.time_ns - (time.monotonic_ns() - self._start_ns)
+
+    def _catch_up(self) -> None:
+        for _ in range(_MOST_CYCLES_AT_ONCE):
+            if self._ahead_ns() >= self._lead_ns:
+                break
+            try:
+                self._cycle()
+            except sc.ConvergenceError as error:
+                self._diagnostics.fail(f"the simulation stopped: {error}")
+                raise
+
+    def _cycle(self) -> None:
+        with self._diagnostics.cycle():
+            self._plant.advance()
+            self._publish()
+        if self._ahead_ns() < 0:
+            self._diagnostics.overrun()
+
+    def _publish(self) -> None:
+        plant = self._plant
+        stamp = self._stamp_of_start + plant.time_ns
+        drive = plant.drive()
+        fish = plant.fish()
+        self._publish_joints(
+            self._joint_states.fill(
+                stamp,
+                drive.crank_angle,
+                drive.crank_rate,
+                drive.carriage_position,
+                drive.carriage_speed,
+            )
+        )
+        self._publish_depressor(self._depressor_odometry.point(stamp, plant.depressor()))
+        self._publish_imu(self._imu.fill(stamp, fish, plant.specific_force(fish)))
+        self._publish_fish(self._fish_odometry.body(stamp, fish))
+        if plant.time_ns // CYCLE_NS % _CYCLES_PER_CABLE_STATE == 0:
+            self._publish_cables(self._cable_state.fill(stamp, plant.line_shapes()))
+
+    def _set_drive(
+        self, request: SetDrive.Request, response: SetDrive.Response
+    ) -> SetDrive.Response:
+        try:
+            self._plant.command(
+                drive_command(request.carriage_speed, request.crank_rate, request.ramp_time)
+            )
+        except DriveError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success, response.message = True, "ramp begins"
+        return response
+
+    def _details(self) -> dict[str, Any]:
+        drive = self._plant.drive()
+        return {
+            "lead_ms": f"{self._ahead_ns() * 1e-6:.1f}",
+            "carriage_position": f"{drive.carriage_position:.3f}",
+            "carriage_speed": f"{drive.carriage_speed:.4f}",
+            "crank_rate": f"{drive.crank_rate:.4f}",
+        }
+
+
+def main() -> int:
+    """Run the node until it is stopped."""
+    return run_node(PlantNode, (RigError, ModelError, sc.ConvergenceError, sc.InvalidInput))
