@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ad7124.h"
+
+#include <string.h>
+
+#include "board_protocol.h"
+#include "hal.h"
+
+#define READ 0x40u // bit of the communications byte
+
+#define RESET_BYTES 8u // 64 ones
+#define RESET_WAIT_MS 4u
+#define ID_FAMILY 0x10u // upper half of ID; the lower half differs between revisions
+
+// ADC_CONTROL: status behind every conversion, DOUT held until CS rises (the AVR samples the last
+// bit at the clock edge on which DOUT would otherwise turn into RDY), internal reference on, full
+// power, continuous conversion, internal clock.
+#define CONTROL_DATA_STATUS (1u << 10)
+#define CONTROL_CS_EN (1u << 9)
+#define CONTROL_REF_EN (1u << 8)
+#define CONTROL_FULL_POWER (2u << 6)
+#define CONTROL (CONTROL_DATA_STATUS | CONTROL_CS_EN | CONTROL_REF_EN | CONTROL_FULL_POWER)
+
+#define ERROR_EN_RESET 0x000040ul
+#define ERROR_EN_SPI_CRC (1ul << 2)
+
+#define FILTER_TYPE_SHIFT 21
+#define FILTER_POST_RESET (3ul << 17) // reset value of a field that sinc filters do not use
+
+#define STATUS_CHANNEL 0x0Fu
+
+#define REGISTER_SIZE_MAXIMUM 3u
+
+struct setting {
+    uint8_t address;
+    uint8_t size;
+    uint32_t value;
+};
+
+static void put_value(uint8_t *bytes, uint32_t value, uint8_t size)
+{
+    for (uint8_t i = size; i > 0; i--) {
+        bytes[i - 1] = (uint8_t)value;
+        value >>= 8;
+    }
+}
+
+static void write_register(const struct setting *setting)
+{
+    uint8_t bytes[1 + REGISTER_SIZE_MAXIMUM + 1];
+    uint8_t length = (uint8_t)(1 + setting->size);
+    bytes[0] = setting->address;
+    put_value(bytes + 1, setting->value, setting->size);
+    bytes[length] = hal_crc8_ccitt(0, bytes, length);
+    hal_adc_exchange(bytes, (uint8_t)(length + 1));
+}
+
+static bool register_holds(const struct setting *setting)
+{
+    uint8_t bytes[1 + REGISTER_SIZE_MAXIMUM + 1] = {(uint8_t)(READ | setting->address)};
+    uint8_t expected[sizeof bytes];
+    uint8_t length = (uint8_t)(1 + setting->size);
+    expected[0] = bytes[0]; // the CRC covers the command, too
+    put_value(expected + 1, setting->value, setting->size);
+    expected[length] = hal_crc8_ccitt(0, expected, length);
+    hal_adc_exchange(bytes, (uint8_t)(length + 1));
+    return memcmp(bytes + 1, expected + 1, length) == 0;
+}
+
+static bool write_and_verify(const struct setting *setting)
+{
+    write_register(setting);
+    return register_holds(setting);
+}
+
+uint8_t ad7124_reset(void)
+{
+    uint8_t ones[RESET_BYTES];
+    memset(ones, 0xFF, sizeof ones);
+    hal_adc_exchange(ones, sizeof ones);
+    hal_delay_ms(RESET_WAIT_MS);
+
+    // The CRC is off after a reset.
+    uint8_t status[] = {READ | AD7124_STATUS, 0}; // clears the power-on flag
+    hal_adc_exchange(status, sizeof status);
+    uint8_t id[] = {READ | AD7124_ID, 0};
+    hal_adc_exchange(id, sizeof id);
+    return (id[1] & 0xF0) == ID_FAMILY ? id[1] : 0;
+}
+
+static bool turn_crc_on(void)
+{
+    struct setting setting = {AD7124_ERROR_EN, 3, ERROR_EN_RESET | ERROR_EN_SPI_CRC};
+    uint8_t bytes[4] = {setting.address};
+    put_value(bytes + 1, setting.value, setting.size);
+    hal_adc_exchange(bytes, sizeof bytes);
+    return register_holds(&setting);
+}
+
+static struct setting housekeeping_setting(uint8_t source)
+{
+    static const uint16_t sources[BOARD_HOUSEKEEPING_COUNT] = BOARD_ADC_HOUSEKEEPING_REGISTERS;
+    return (struct setting){AD7124_CHANNEL_0 + BOARD_CHANNEL_COUNT, 2, sources[source]};
+}
+
+bool ad7124_set_up(uint16_t fs)
+{
+    static const uint16_t config[BOARD_ADC_SETUP_COUNT] = BOARD_ADC_CONFIG_REGISTERS;
+    static const uint16_t channel[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_REGISTERS;
+    const uint32_t filter =
+        (uint32_t)BOARD_ADC_FILTER_TYPE << FILTER_TYPE_SHIFT | FILTER_POST_RESET | fs;
+
+    if (ad7124_reset() == 0 || !turn_crc_on())
+        return false;
+    for (uint8_t i = 0; i < BOARD_ADC_SETUP_COUNT; i++) {
+        if (!write_and_verify(&(struct setting){(uint8_t)(AD7124_CONFIG_0 + i), 2, config[i]}))
+            return false;
+        if (!write_and_verify(&(struct setting){(uint8_t)(AD7124_FILTER_0 + i), 3, filter}))
+            return false;
+    }
+    for (uint8_t i = 0; i < BOARD_CHANNEL_COUNT; i++) {
+        if (!write_and_verify(&(struct setting){(uint8_t)(AD7124_CHANNEL_0 + i), 2, channel[i]}))
+            return false;
+    }
+    struct setting first_source = housekeeping_setting(0);
+    return write_and_verify(&first_source) &&
+           write_and_verify(&(struct setting){AD7124_ADC_CONTROL, 2, CONTROL});
+}
+
+void ad7124_select_housekeeping(uint8_t source)
+{
+    struct setting setting = housekeeping_setting(source);
+    write_register(&setting);
+}
+
+bool ad7124_read_conversion(struct ad7124_conversion *conversion)
+{
+    uint8_t bytes[6] = {READ | AD7124_DATA}; // command, 3 data, status, CRC
+    hal_adc_exchange(bytes, sizeof bytes);
+    bytes[0] = READ | AD7124_DATA; // the exchange put what DOUT showed in its place
+    if (hal_crc8_ccitt(0, bytes, sizeof bytes) != 0)
+        return false;
+    conversion->code = (uint32_t)bytes[1] << 16 | (uint16_t)(bytes[2] << 8) | bytes[3];
+    conversion->channel = bytes[4] & STATUS_CHANNEL;
+    return true;
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The AD7124-8 24-bit ADC over SPI, every transaction under its CRC-8 (data sheet, "On-chip
+// registers" and "SPI interface"). Set up for continuous conversion of the board's channel
+// sequence, started by the SYNC pin.
+#ifndef AD7124_H
+#define AD7124_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum ad7124_register {
+    AD7124_STATUS = 0x00,
+    AD7124_ADC_CONTROL = 0x01,
+    AD7124_DATA = 0x02,
+    AD7124_ID = 0x05,
+    AD7124_ERROR = 0x06,
+    AD7124_ERROR_EN = 0x07,
+    AD7124_CHANNEL_0 = 0x09,
+    AD7124_CONFIG_0 = 0x19,
+    AD7124_FILTER_0 = 0x21,
+};
+
+struct ad7124_conversion {
+    uint32_t code;   // 24 bits
+    uint8_t channel; // number of the CHANNEL register it belongs to
+};
+
+// Resets the chip and reads its ID register; 0 if nothing answers as an AD7124-8.
+uint8_t ad7124_reset(void);
+
+// Resets the chip and writes the board's set-up with filter word `fs`: scan channels 0 … n−1 and
+// housekeeping source 0 behind them. Every register is read back; false if one is not as written.
+// The ADC must be held by SYNC.
+bool ad7124_set_up(uint16_t fs);
+
+// Chooses the housekeeping source. The ADC must be held by SYNC.
+void ad7124_select_housekeeping(uint8_t source);
+
+// Reads the finished conversion; false if its CRC is wrong.
+bool ad7124_read_conversion(struct ad7124_conversion *conversion);
+
+#endif

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "board.h"
+
+#include "ad7124.h"
+#include "command.h"
+#include "hal.h"
+
+#define HEALTH_PERIOD_TICKS BOARD_TICK_HZ
+
+// Bytes taken from the line in one round, so that a busy line cannot keep the scan waiting.
+#define RX_BYTES_A_ROUND 16
+
+static void send_boot(struct board *board)
+{
+    struct boot_frame boot = {
+        .reset_cause = hal_reset_cause(),
+        .boot_count = hal_boot_count(),
+        .schema_hash = BOARD_SCHEMA_HASH,
+    };
+    uint8_t payload[1 + BOOT_FRAME_SIZE] = {BOARD_FRAME_BOOT};
+    boot_frame_pack(payload + 1, &boot);
+    transmit(&board->transmitter, payload, sizeof payload);
+}
+
+void board_init(struct board *board)
+{
+    *board = (struct board){0};
+    scan_init(&board->scan, &board->transmitter);
+    hal_adc_hold();
+    board->adc_id = ad7124_reset();
+    board->last_host_frame = (uint32_t)hal_time();
+    board->last_health = board->last_host_frame;
+    send_boot(board);
+}
+
+struct health_frame board_health(const struct board *board)
+{
+    struct scan_counters scan = scan_read_counters(&board->scan);
+    struct hal_encoders encoders;
+    uint8_t state = hal_lock();
+    hal_encoders_read(&encoders);
+    hal_unlock(state);
+    return (struct health_frame){
+        .missed_ticks = scan.missed_ticks,
+        .scan_overruns = scan.overruns,
+        .spi_crc_errors = scan.spi_crc_errors,
+        .adc_sequence_errors = scan.sequence_errors,
+        .illegal_steps = encoders.illegal_steps,
+        .rx_overflows = hal_serial_rx_overflows(),
+        .rx_bad_frames = board->parser.bad_frames,
+        .dropped_frames = board->transmitter.dropped_frames,
+        .reset_cause = hal_reset_cause(),
+        .boot_count = hal_boot_count(),
+        .stack_low_water = hal_stack_low_water(),
+        .adc_temperature_code = board->scan.housekeeping_codes[BOARD_HOUSEKEEPING_ADC_TEMPERATURE],
+        .supply_code = board->scan.housekeeping_codes[BOARD_HOUSEKEEPING_SUPPLY],
+        .scans_scheduled = scan_scheduled(&board->scan),
+        .state = board->scan.streaming ? BOARD_STATE_STREAMING : BOARD_STATE_IDLE,
+    };
+}
+
+static void listen(struct board *board)
+{
+    uint8_t byte;
+    for (uint8_t i = 0; i < RX_BYTES_A_ROUND && hal_serial_read(&byte); i++) {
+        uint8_t length = frame_parse(&board->parser, byte);
+        if (length == 0)
+            continue;
+        if (command_handle(board, board->parser.bytes, length))
+            board->last_host_frame = (uint32_t)hal_time();
+        else
+            board->parser.bad_frames++;
+    }
+}
+
+static void every_second(struct board *board)
+{
+    struct health_frame health = board_health(board);
+    uint8_t payload[1 + HEALTH_FRAME_SIZE] = {BOARD_FRAME_HEALTH};
+    health_frame_pack(payload + 1, &health);
+    transmit(&board->transmitter, payload, sizeof payload);
+    scan_request_housekeeping(&board->scan);
+    hal_led_toggle();
+}
+
+void board_poll(struct board *board)
+{
+    scan_poll(&board->scan);
+    listen(board);
+
+    uint64_t time = hal_time();
+    uint32_t now = (uint32_t)time;
+    if (board->scan.streaming && now - board->last_host_frame > BOARD_HOST_SILENCE_TICKS)
+        scan_stop(&board->scan);
+    if (now - board->last_health >= HEALTH_PERIOD_TICKS) {
+        board->last_health += HEALTH_PERIOD_TICKS;
+        every_second(board);
+    }
+    // The sample timer while it runs, else the time base's overflow, every 33 ms.
+    watchdog_poll(&board->watchdog,
+                  board->scan.streaming ? scan_scheduled(&board->scan) : (uint32_t)(time >> 16));
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole firmware's state and its main loop: what comes from the host, the scan, and what is due
+// once a second.
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <stdint.h>
+
+#include "frame.h"
+#include "scan.h"
+#include "transmit.h"
+#include "watchdog.h"
+
+struct board {
+    struct transmitter transmitter;
+    struct scan scan;
+    struct frame_parser parser;
+    struct watchdog watchdog;
+    uint8_t adc_id;
+    uint32_t last_host_frame; // low half of the time of the last good frame
+    uint32_t last_health;
+};
+
+// After hal_init: probes the ADC and sends the boot frame.
+void board_init(struct board *board);
+
+// One round of the main loop.
+void board_poll(struct board *board);
+
+// The health record as it stands now.
+struct health_frame board_health(const struct board *board);
+
+#endif

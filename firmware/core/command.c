@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.h"
+
+#include "board.h"
+#include "board_protocol.h"
+#include "hal.h"
+
+#define REQUEST_HEADER 2u  // type, request id
+#define RESPONSE_HEADER 3u // type, request id, status
+
+// A handler reads its arguments, writes the response's data and its size, and returns the status.
+typedef uint8_t handler(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size);
+
+static uint8_t identify(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    (void)arguments;
+    struct identify_response response = {
+        .protocol = BOARD_PROTOCOL,
+        .schema_hash = BOARD_SCHEMA_HASH,
+        .firmware_version = BOARD_FIRMWARE_VERSION,
+        .adc_id = board->adc_id,
+        .clock_hz = BOARD_TICK_HZ,
+        .calibration_id = hal_calibration_id(),
+        .board_serial = hal_board_serial(),
+    };
+    identify_response_pack(data, &response);
+    *size = IDENTIFY_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
+static uint8_t configure(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    struct configure_arguments wanted;
+    configure_arguments_unpack(&wanted, arguments);
+    if (!scan_configure(&board->scan, wanted.rate_hz, wanted.filter_fs))
+        return BOARD_STATUS_BAD_ARGUMENT;
+    struct configure_response response = {.period_ticks = board->scan.period};
+    configure_response_pack(data, &response);
+    *size = CONFIGURE_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
+static uint8_t start(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    (void)arguments;
+    struct start_response response = {.period_ticks = board->scan.period};
+    if (!scan_start(&board->scan, &response.first_tick))
+        return BOARD_STATUS_ADC_FAULT;
+    start_response_pack(data, &response);
+    *size = START_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
+static uint8_t stop(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    (void)arguments;
+    if (board->scan.streaming)
+        scan_stop(&board->scan);
+    struct stop_response response = {.scans_scheduled = scan_scheduled(&board->scan)};
+    stop_response_pack(data, &response);
+    *size = STOP_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
+static uint8_t sync(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    (void)board;
+    (void)arguments;
+    struct sync_response response = {
+        .received_ticks = hal_serial_delimiter_time(),
+        .sent_ticks = hal_time(),
+    };
+    sync_response_pack(data, &response);
+    *size = SYNC_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
+static uint8_t counters(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    (void)arguments;
+    struct health_frame response = board_health(board);
+    health_frame_pack(data, &response);
+    *size = HEALTH_FRAME_SIZE;
+    return BOARD_STATUS_OK;
+}
+
+enum when { ALWAYS, IDLE_ONLY };
+
+struct command {
+    uint8_t type;
+    uint8_t arguments_size;
+    enum when when;
+    handler *handle;
+};
+
+static const struct command commands[] = {
+    {BOARD_COMMAND_IDENTIFY, 0, ALWAYS, identify},
+    {BOARD_COMMAND_CONFIGURE, CONFIGURE_ARGUMENTS_SIZE, IDLE_ONLY, configure},
+    {BOARD_COMMAND_START, 0, IDLE_ONLY, start},
+    {BOARD_COMMAND_STOP, 0, ALWAYS, stop},
+    {BOARD_COMMAND_SYNC, 0, ALWAYS, sync},
+    {BOARD_COMMAND_COUNTERS, 0, ALWAYS, counters},
+};
+
+static uint8_t carry_out(struct board *board, const uint8_t *payload, uint8_t length, uint8_t *data,
+                         uint8_t *size)
+{
+    for (uint8_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        const struct command *command = &commands[i];
+        if (command->type != payload[0])
+            continue;
+        if (length != REQUEST_HEADER + command->arguments_size)
+            return BOARD_STATUS_BAD_LENGTH;
+        if (command->when == IDLE_ONLY && board->scan.streaming)
+            return BOARD_STATUS_NOT_IDLE;
+        return command->handle(board, payload + REQUEST_HEADER, data, size);
+    }
+    return BOARD_STATUS_UNKNOWN_COMMAND;
+}
+
+bool command_handle(struct board *board, const uint8_t *payload, uint8_t length)
+{
+    if (length < REQUEST_HEADER || (payload[0] & BOARD_WIRE_RESPONSE_BIT) != 0)
+        return false;
+    uint8_t response[BOARD_WIRE_MAXIMUM_PAYLOAD];
+    uint8_t size = 0;
+    uint8_t status = carry_out(board, payload, length, response + RESPONSE_HEADER, &size);
+    response[0] = payload[0] | BOARD_WIRE_RESPONSE_BIT;
+    response[1] = payload[1];
+    response[2] = status;
+    transmit(&board->transmitter, response, (uint8_t)(RESPONSE_HEADER + size));
+    return true;
+}

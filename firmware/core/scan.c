@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scan.h"
+
+#include "ad7124.h"
+
+// Time for reading the last conversion and sending the frame before the next tick.
+#define READOUT_TICKS (BOARD_TICK_HZ / 5000)
+
+void scan_init(struct scan *scan, struct transmitter *transmitter)
+{
+    *scan = (struct scan){
+        .period = BOARD_TICK_HZ / BOARD_RATE_DEFAULT_HZ,
+        .filter_fs = BOARD_ADC_FS_DEFAULT,
+        .transmitter = transmitter,
+    };
+}
+
+// Longest duration of the scan's conversions, in ticks: the ADC's clock may be 5 % slow.
+static uint32_t longest_scan(uint16_t fs)
+{
+    uint32_t cycles = BOARD_ADC_FILTER_ORDER * 32ul * fs + BOARD_ADC_FILTER_DEAD_CYCLES;
+    uint64_t ticks = (uint64_t)cycles * BOARD_CHANNEL_COUNT * BOARD_TICK_HZ;
+    return (uint32_t)(ticks * 21 / 20 / BOARD_ADC_MASTER_CLOCK_HZ);
+}
+
+bool scan_configure(struct scan *scan, uint16_t rate_hz, uint16_t filter_fs)
+{
+    if (rate_hz < BOARD_RATE_MINIMUM_HZ || rate_hz > BOARD_RATE_MAXIMUM_HZ)
+        return false;
+    if (filter_fs < BOARD_ADC_FS_MINIMUM || filter_fs > BOARD_ADC_FS_MAXIMUM)
+        return false;
+    uint32_t period = (BOARD_TICK_HZ + rate_hz / 2) / rate_hz;
+    if (longest_scan(filter_fs) + READOUT_TICKS > period)
+        return false;
+    scan->period = period;
+    scan->filter_fs = filter_fs;
+    return true;
+}
+
+// In interrupt context.
+static void on_tick(void *context, uint64_t scheduled)
+{
+    struct scan *scan = context;
+    hal_adc_restart();
+    if (scan->latch.pending)
+        scan->counters.missed_ticks++;
+    scan->latch.pending = true;
+    scan->latch.number = scan->scheduled++;
+    scan->latch.ticks = (uint32_t)scheduled;
+    hal_encoders_read(&scan->latch.encoders);
+}
+
+bool scan_start(struct scan *scan, uint64_t *first)
+{
+    hal_adc_hold();
+    if (!ad7124_set_up(scan->filter_fs))
+        return false;
+    scan->housekeeping_selected = 0;
+    scan->housekeeping_wanted = 0;
+    scan->housekeeping_due = true;
+    scan->converting = false;
+    scan->scheduled = 0;
+    scan->latch.pending = false;
+    scan->reported_missed_ticks = scan->counters.missed_ticks;
+    struct hal_encoders encoders;
+    uint8_t state = hal_lock();
+    hal_encoders_read(&encoders);
+    hal_unlock(state);
+    scan->reported_illegal_steps = encoders.illegal_steps;
+
+    *first = hal_time() + scan->period;
+    scan->streaming = true;
+    hal_sample_timer_start(*first, scan->period, on_tick, scan);
+    return true;
+}
+
+static bool take_tick(struct scan *scan, struct scan_tick *tick, uint32_t *missed_ticks)
+{
+    if (!scan->latch.pending)
+        return false;
+    uint8_t state = hal_lock();
+    *tick = scan->latch;
+    *missed_ticks = scan->counters.missed_ticks;
+    scan->latch.pending = false;
+    hal_unlock(state);
+    return true;
+}
+
+static void open_record(struct scan *scan, const struct scan_tick *tick, uint32_t missed_ticks)
+{
+    scan->record = (struct data_frame){
+        .schema = (uint8_t)BOARD_SCHEMA_HASH,
+        .sequence = (uint16_t)tick->number,
+        .ticks = tick->ticks,
+        .crank = tick->encoders.crank,
+        .carriage = tick->encoders.carriage,
+    };
+    if (missed_ticks != scan->reported_missed_ticks)
+        scan->record.flags |= BOARD_FLAG_MISSED_TICK;
+    if (tick->encoders.illegal_steps != scan->reported_illegal_steps)
+        scan->record.flags |= BOARD_FLAG_ILLEGAL_STEP;
+    scan->reported_missed_ticks = missed_ticks;
+    scan->reported_illegal_steps = tick->encoders.illegal_steps;
+    scan->slot = 0;
+    scan->converting = true;
+}
+
+static void send_record(struct scan *scan)
+{
+    uint8_t payload[1 + DATA_FRAME_SIZE] = {BOARD_FRAME_DATA};
+    data_frame_pack(payload + 1, &scan->record);
+    transmit(scan->transmitter, payload, sizeof payload);
+}
+
+static bool channels_missing(const struct scan *scan)
+{
+    return scan->converting && scan->slot < BOARD_CHANNEL_COUNT;
+}
+
+static void cut_short(struct scan *scan)
+{
+    scan->counters.overruns++;
+    scan->record.flags |= BOARD_FLAG_OVERRUN;
+    send_record(scan);
+}
+
+// Puts the ADC to rest until the next tick. Locked as a whole: a tick that has come already keeps
+// its sequence, and a register write after it would disturb the scan that it started.
+static void rest(struct scan *scan)
+{
+    scan->converting = false;
+    uint8_t state = hal_lock();
+    if (!scan->latch.pending) {
+        hal_adc_hold();
+        if (scan->housekeeping_selected != scan->housekeeping_wanted) {
+            ad7124_select_housekeeping(scan->housekeeping_wanted);
+            scan->housekeeping_selected = scan->housekeeping_wanted;
+        }
+    }
+    hal_unlock(state);
+}
+
+// Takes the conversion into the record and moves to the slot behind it.
+static void take_channel(struct scan *scan, const struct ad7124_conversion *conversion)
+{
+    uint8_t channel = conversion->channel;
+    if (channel != scan->slot) {
+        scan->counters.sequence_errors++;
+        scan->record.flags |= BOARD_FLAG_ADC_ERROR;
+    }
+    if (channel < scan->slot || channel >= BOARD_CHANNEL_COUNT) {
+        scan->slot = BOARD_CHANNEL_COUNT; // the scan's other conversions are over
+        return;
+    }
+    scan->record.codes[channel] = conversion->code;
+    scan->record.valid_mask = (uint8_t)(scan->record.valid_mask | 1u << channel);
+    scan->slot = (uint8_t)(channel + 1);
+}
+
+static void read_channel(struct scan *scan)
+{
+    struct ad7124_conversion conversion;
+    bool crc_good = ad7124_read_conversion(&conversion);
+    if (scan->latch.pending)
+        return; // the sequence was restarted during the read, which may be of either scan
+    if (crc_good) {
+        take_channel(scan, &conversion);
+    } else {
+        scan->counters.spi_crc_errors++;
+        scan->record.flags |= BOARD_FLAG_ADC_ERROR;
+        scan->slot++;
+    }
+    if (scan->slot == BOARD_CHANNEL_COUNT) {
+        send_record(scan);
+        if (!scan->housekeeping_due)
+            rest(scan);
+    }
+}
+
+static void read_housekeeping(struct scan *scan)
+{
+    struct ad7124_conversion conversion;
+    if (!ad7124_read_conversion(&conversion)) {
+        scan->counters.spi_crc_errors++;
+    } else if (!scan->latch.pending && conversion.channel == BOARD_CHANNEL_COUNT) {
+        scan->housekeeping_codes[scan->housekeeping_selected] = conversion.code;
+        scan->housekeeping_wanted =
+            (uint8_t)((scan->housekeeping_selected + 1u) % BOARD_HOUSEKEEPING_COUNT);
+        scan->housekeeping_due = false;
+    }
+    rest(scan);
+}
+
+void scan_poll(struct scan *scan)
+{
+    struct scan_tick tick;
+    uint32_t missed_ticks;
+    if (take_tick(scan, &tick, &missed_ticks)) {
+        if (channels_missing(scan))
+            cut_short(scan);
+        open_record(scan, &tick, missed_ticks);
+        return;
+    }
+    if (!scan->converting || !hal_adc_ready())
+        return;
+
+    if (channels_missing(scan))
+        read_channel(scan);
+    else
+        read_housekeeping(scan);
+}
+
+void scan_stop(struct scan *scan)
+{
+    hal_sample_timer_stop();
+    uint32_t stopped = (uint32_t)hal_time();
+    while ((scan->latch.pending || channels_missing(scan)) &&
+           (uint32_t)hal_time() - stopped < scan->period)
+        scan_poll(scan);
+    if (channels_missing(scan))
+        cut_short(scan);
+    hal_adc_hold();
+    scan->converting = false;
+    scan->streaming = false;
+}
+
+void scan_request_housekeeping(struct scan *scan)
+{
+    scan->housekeeping_due = true;
+}
+
+uint32_t scan_scheduled(const struct scan *scan)
+{
+    uint8_t state = hal_lock();
+    uint32_t scheduled = scan->scheduled;
+    hal_unlock(state);
+    return scheduled;
+}
+
+struct scan_counters scan_read_counters(const struct scan *scan)
+{
+    uint8_t state = hal_lock();
+    struct scan_counters counters = scan->counters;
+    hal_unlock(state);
+    return counters;
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The scan scheduler. The sample timer's tick latches the encoders and restarts the ADC's sequence;
+// the main loop reads the conversions as they finish and sends one data frame a tick.
+//
+// A tick that comes while the scan before it is incomplete cuts that scan short: its frame goes out
+// with the channels that were read. A tick that comes before the main loop saw the one before is a
+// missed tick of the earlier one. So the host can account for every tick.
+#ifndef SCAN_H
+#define SCAN_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "board_protocol.h"
+#include "hal.h"
+#include "transmit.h"
+
+// What the interrupt hands to the main loop.
+struct scan_tick {
+    volatile bool pending;
+    uint32_t number; // of the scan since start, from 0
+    uint32_t ticks;  // low half of the scheduled instant
+    struct hal_encoders encoders;
+};
+
+struct scan_counters {
+    uint32_t missed_ticks; // counted by the interrupt
+    uint32_t overruns;
+    uint32_t spi_crc_errors;
+    uint32_t sequence_errors;
+};
+
+struct scan {
+    struct transmitter *transmitter;
+    uint32_t period; // ticks
+    uint16_t filter_fs;
+    bool streaming; // between start and stop
+
+    // The interrupt writes these; the main loop touches them locked.
+    struct scan_tick latch;
+    uint32_t scheduled; // ticks since start
+    struct scan_counters counters;
+
+    // The scan that the main loop reads.
+    bool converting; // conversions of it are still to come
+    uint8_t slot;    // the next one; BOARD_CHANNEL_COUNT is housekeeping
+    struct data_frame record;
+    uint32_t reported_missed_ticks; // what the last record knew
+    uint32_t reported_illegal_steps;
+
+    bool housekeeping_due;
+    uint8_t housekeeping_selected; // source that the ADC is set to
+    uint8_t housekeeping_wanted;   // source that is next
+    uint32_t housekeeping_codes[BOARD_HOUSEKEEPING_COUNT]; // 0 until first read
+};
+
+void scan_init(struct scan *scan, struct transmitter *transmitter);
+
+// Sets rate and filter of the next start. False, and nothing changed, if the rate is out of range
+// or a scan does not fit its period. Only while not streaming.
+bool scan_configure(struct scan *scan, uint16_t rate_hz, uint16_t filter_fs);
+
+// Sets the ADC up and starts the sample timer; *first is scan 0's instant. False if the ADC is faulty.
+bool scan_start(struct scan *scan, uint64_t *first);
+
+// Stops the timer and lets the running scan finish: its frame is sent when this returns.
+void scan_stop(struct scan *scan);
+
+// Call often: at least once in the time of a conversion.
+void scan_poll(struct scan *scan);
+
+// Asks for one housekeeping conversion behind one of the next scans.
+void scan_request_housekeeping(struct scan *scan);
+
+uint32_t scan_scheduled(const struct scan *scan);
+struct scan_counters scan_read_counters(const struct scan *scan);
+
+#endif

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// How hal_init brings the parts of this implementation up.
+#ifndef PARTS_H
+#define PARTS_H
+
+void timer_init(void);
+void serial_init(void);
+void adc_bus_init(void);
+void encoders_init(void);
+void reset_init(void);
+
+#endif

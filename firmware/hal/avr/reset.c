@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What outlives a reset or has to be done before C starts: reset cause, boot count, stack painting,
+// and the identity in EEPROM.
+#include <avr/eeprom.h>
+#include <avr/io.h>
+#include <avr/wdt.h>
+
+#include "board_protocol.h"
+#include "hal.h"
+#include "parts.h"
+
+_Static_assert(BOARD_RESET_CAUSE_POWER_ON == _BV(PORF) && BOARD_RESET_CAUSE_EXTERNAL == _BV(EXTRF) &&
+                   BOARD_RESET_CAUSE_BROWN_OUT == _BV(BORF) &&
+                   BOARD_RESET_CAUSE_WATCHDOG == _BV(WDRF) && BOARD_RESET_CAUSE_JTAG == _BV(JTRF),
+               "reset_cause in board.yaml is MCUSR");
+
+#define EEPROM_BOARD_SERIAL ((const uint32_t *)0)
+#define EEPROM_CALIBRATION_ID ((const uint32_t *)4)
+
+#define STACK_PAINT 0xA5
+// A painted stretch of this length counts as never used, though a frame may skip a few bytes.
+#define STACK_WINDOW 64
+
+#define NOINIT __attribute__((section(".noinit")))
+
+static uint8_t mcusr NOINIT;
+// SRAM keeps its contents over a reset; after power-on it is random, which the complement shows.
+static uint16_t boots NOINIT;
+static uint16_t boots_complement NOINIT;
+
+extern uint8_t _end; // first byte behind the variables, from the linker
+
+// Runs before variables are initialised. The watchdog stays on over its own reset, with its
+// shortest period, until WDRF is cleared.
+__attribute__((naked, used, section(".init3"))) static void early(void)
+{
+    mcusr = MCUSR;
+    MCUSR = 0;
+    wdt_disable();
+    for (uint8_t *byte = &_end; byte <= (uint8_t *)RAMEND; byte++)
+        *byte = STACK_PAINT;
+}
+
+void reset_init(void)
+{
+    if ((mcusr & (_BV(PORF) | _BV(BORF))) != 0 || (uint16_t)~boots != boots_complement)
+        boots = 0;
+    boots++;
+    boots_complement = (uint16_t)~boots;
+}
+
+uint8_t hal_reset_cause(void)
+{
+    return mcusr;
+}
+
+uint16_t hal_boot_count(void)
+{
+    return boots;
+}
+
+static bool painted(const uint8_t *from, const uint8_t *to)
+{
+    for (; from < to; from++) {
+        if (*from != STACK_PAINT)
+            return false;
+    }
+    return true;
+}
+
+uint16_t hal_stack_low_water(void)
+{
+    // Falls from call to call: a whole search of the stack would take milliseconds.
+    static uint8_t *lowest = (uint8_t *)RAMEND + 1;
+    while (lowest - &_end >= STACK_WINDOW && !painted(lowest - STACK_WINDOW, lowest))
+        lowest--;
+    return (uint16_t)(lowest - &_end);
+}
+
+uint32_t hal_board_serial(void)
+{
+    return eeprom_read_dword(EEPROM_BOARD_SERIAL);
+}
+
+uint32_t hal_calibration_id(void)
+{
+    return eeprom_read_dword(EEPROM_CALIBRATION_ID);
+}
