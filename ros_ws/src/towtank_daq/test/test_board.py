@@ -1,0 +1,469 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The driver against a scripted board in simulated time."""
+
+import heapq
+import itertools
+import struct
+
+import pytest
+from towtank_daq.board import AdcBoard, BoardError
+from towtank_daq.framing import FrameReader, encode_frame
+
+MS = 1_000_000
+SECOND = 1_000_000_000
+IDENTIFY, CONFIGURE, START, STOP, SYNC = 0x01, 0x02, 0x03, 0x04, 0x06
+PERIOD_TICKS = 20_000
+
+
+class ScriptedBoard:
+    """Answers as the firmware does, in a time of its own that only reading moves on.
+
+    Its faults are set from outside: `deaf` (answers nothing), `skip` (scan numbers that it does
+    not send), `mangle` (changes frames on their way), `answer_losses` (answers lost by type).
+    """
+
+    def __init__(self, schema_hash: int, ppm: float = 0.0, ticks_at_boot: int = 0) -> None:
+        self.now_ns = 10 * SECOND
+        self.schema_hash = schema_hash
+        self.protocol_version = 1
+        self.rate = 1.0 + 1e-6 * ppm
+        self.born_ns = self.now_ns
+        self.ticks_at_boot = ticks_at_boot
+        self.deaf = False
+        self.adc_present = True
+        self.skip: set[int] = set()
+        self.bad_channels: dict[int, int] = {}  # by scan number: the valid mask
+        self.answer_losses: dict[int, int] = {}
+        self.mangle = lambda frame: frame
+        self.requests: list[int] = []
+        self.crank = 0
+        self.boot_count = 1
+        self.configured_ticks = PERIOD_TICKS
+        self._requests = FrameReader(64)
+        self._events: list = []
+        self._order = itertools.count()
+        self._stream_id = 0
+        self.streaming = False
+        self.scheduled = 0
+        self._at(self.now_ns + SECOND, self._health)
+
+    # -- the transport
+
+    def monotonic_ns(self) -> int:
+        return self.now_ns
+
+    def read(self, timeout_s: float) -> bytes:
+        end_ns = self.now_ns + round(1e9 * timeout_s)
+        while self._events and self._events[0][0] <= end_ns:
+            at_ns, _, action = heapq.heappop(self._events)
+            self.now_ns = max(self.now_ns, at_ns)
+            data = action()
+            if data:
+                return data
+        self.now_ns = max(self.now_ns, end_ns)
+        return b""
+
+    def write(self, data: bytes) -> None:
+        for request in self._requests.feed(data):
+            self.requests.append(request[0])
+            if not self.deaf:
+                self._answer(request)
+
+    # -- the firmware
+
+    def ticks(self, at_ns: int) -> int:
+        return self.ticks_at_boot + int((at_ns - self.born_ns) * self.rate * 2e-3)
+
+    def _at(self, at_ns: int, action) -> None:
+        heapq.heappush(self._events, (at_ns, next(self._order), action))
+
+    def _send(self, at_ns: int, payload: bytes) -> None:
+        self._at(at_ns, lambda: self.mangle(encode_frame(payload)))
+
+    def _answer(self, request: bytes) -> None:
+        kind, request_id, arguments = request[0], request[1], request[2:]
+        received_ns = self.now_ns + 240_000
+        status, data = 0, b""
+        if kind == IDENTIFY:
+            data = struct.pack("<BI3BBIII", self.protocol_version, self.schema_hash,
+                               0, 1, 0, 0x17, 2_000_000, 7, 8)  # fmt: skip
+        elif kind == CONFIGURE:
+            rate_hz, _ = struct.unpack("<HH", arguments)
+            self.configured_ticks = 2_000_000 // rate_hz
+            data = struct.pack("<I", self.configured_ticks)
+        elif kind == START and self.streaming:
+            status = 3
+        elif kind == START and not self.adc_present:
+            status = 5
+        elif kind == START:
+            self.streaming, self.scheduled = True, 0
+            self._stream_id += 1
+            first = self.ticks(received_ns) + 1000
+            data = struct.pack("<QI", first, self.configured_ticks)
+            self._at_tick(first, self._scan, 0, first, self._stream_id)
+        elif kind == STOP:
+            self.streaming = False
+            self._stream_id += 1
+            data = struct.pack("<I", self.scheduled)
+        elif kind == SYNC:
+            data = struct.pack("<QQ", self.ticks(received_ns), self.ticks(received_ns + 50_000))
+        if self.answer_losses.get(kind, 0) > 0:
+            self.answer_losses[kind] -= 1
+            return
+        self._send(received_ns + 970_000, bytes((kind | 0x80, request_id, status)) + data)
+
+    def _at_tick(self, tick: int, action, *arguments) -> None:
+        at_ns = self.born_ns + round((tick - self.ticks_at_boot) / (self.rate * 2e-3))
+        self._at(at_ns, lambda: action(*arguments))
+
+    def _scan(self, number: int, tick: int, stream_id: int) -> None:
+        if stream_id != self._stream_id:
+            return
+        self.scheduled = number + 1
+        if number not in self.skip:
+            mask = self.bad_channels.get(number, 0x3F)
+            payload = struct.pack("<BBHIB", 0x10, self.schema_hash & 0xFF, number % 65536,
+                                  tick % 2**32, mask)  # fmt: skip
+            payload += b"".join((number + k).to_bytes(4, "little")[:3] for k in range(6))
+            payload += struct.pack("<IIB", self.crank % 2**32, -number % 2**32, 0)
+            self._send(self.now_ns + 9 * MS, payload)
+        following = tick + self.configured_ticks
+        self._at_tick(following, self._scan, number + 1, following, stream_id)
+
+    def _health(self) -> None:
+        if not self.deaf:
+            payload = b"\x11" + struct.pack("<8IBHH", *[0] * 8, 1, self.boot_count, 500)
+            payload += bytes(6) + struct.pack("<IB", self.scheduled, self.streaming)
+            self._send(self.now_ns, payload)
+        self._at(self.now_ns + SECOND, self._health)
+
+    # -- what happens to it
+
+    def reset(self, boot_frame: bool = True) -> None:
+        """A watchdog reset: idle, clock and counts from zero."""
+        self.streaming = False
+        self._stream_id += 1
+        self.boot_count += 1
+        self.born_ns = self.now_ns
+        self.ticks_at_boot = 0
+        self.crank = 0
+        if boot_frame:
+            self._send(
+                self.now_ns + 2 * MS,
+                b"\x12\x08" + struct.pack("<HI", self.boot_count, self.schema_hash),
+            )
+
+    def go_idle(self) -> None:
+        self.streaming = False
+        self._stream_id += 1
+
+    def after(self, delay_ns: int, action) -> None:
+        self._at(self.now_ns + delay_ns, action)
+
+
+class Bench:
+    """A driver on a scripted board, and what it has handed over."""
+
+    def __init__(self, protocol, **options) -> None:
+        self.board = ScriptedBoard(protocol.board.schema_hash, **options)
+        self.scans = []
+        self.warnings = []
+        self.driver = AdcBoard(
+            self.board, protocol, self.scans.append, self.warnings.append, self.board.monotonic_ns
+        )
+
+    def stream(self, seconds: float, rate_hz: int = 100) -> None:
+        self.driver.connect()
+        self.driver.configure(rate_hz)
+        self.driver.start()
+        self.driver.poll(seconds)
+
+    @property
+    def sequence(self) -> list[int]:
+        return [scan.sequence for scan in self.scans]
+
+
+@pytest.fixture
+def bench(protocol) -> Bench:
+    return Bench(protocol)
+
+
+# -- finding the board
+
+
+def test_identify(bench):
+    identity = bench.driver.connect()
+    assert (identity.firmware_version, identity.calibration_id, identity.board_serial) == (
+        (0, 1, 0),
+        7,
+        8,
+    )
+
+
+def test_board_that_never_answers(bench):
+    bench.board.deaf = True
+    start = bench.board.now_ns
+    with pytest.raises(BoardError, match=r"not answered within 8 s: check that it has power"):
+        bench.driver.connect()
+    assert 8 * SECOND <= bench.board.now_ns - start < 9 * SECOND
+
+
+def test_silence_while_the_bootloader_listens(bench):
+    """A board that resets when its port is opened must hear one request at most before it is up."""
+    bench.board.deaf = True
+
+    def boot():
+        bench.board.deaf = False
+        bench.board.reset()
+
+    bench.board.after(1800 * MS, boot)
+    start = bench.board.now_ns
+    bench.driver.connect()
+    assert bench.board.requests == [IDENTIFY, IDENTIFY, STOP]
+    # the boot frame, not a timeout, is what makes the driver go on
+    assert bench.board.now_ns - start < 1.9 * SECOND
+
+
+def test_other_schema_is_refused_with_both_numbers(bench, protocol):
+    bench.board.schema_hash = protocol.board.schema_hash ^ 1
+    with pytest.raises(BoardError) as refusal:
+        bench.driver.connect()
+    message = str(refusal.value)
+    assert f"0x{protocol.board.schema_hash:08x}" in message
+    assert f"0x{protocol.board.schema_hash ^ 1:08x}" in message
+    assert "flash the firmware" in message
+    assert "\n" not in message
+
+
+def test_other_protocol_is_refused(bench):
+    bench.board.protocol_version = 9
+    with pytest.raises(BoardError, match="speaks protocol 9, this driver 1: flash"):
+        bench.driver.connect()
+
+
+def test_garbage_only(bench):
+    bench.board.deaf = True
+
+    def babble():
+        bench.board.after(50 * MS, babble)
+        return b"\x37\x91\x00\x41\x22\x00"
+
+    bench.board.after(0, babble)
+    with pytest.raises(BoardError, match="not readable at 250000 baud"):
+        bench.driver.connect()
+
+
+def test_garbage_before_the_answer_does_no_harm(bench):
+    bench.board.mangle = lambda frame: b"\x11\x22\x33\x00" + frame
+    bench.stream(1.0)
+    assert bench.sequence == list(range(len(bench.scans)))
+    assert len(bench.scans) >= 98
+
+
+def test_stream_of_an_earlier_host_is_stopped(bench, protocol):
+    bench.stream(0.5)
+    successor = []
+    driver = AdcBoard(
+        bench.board, protocol, successor.append, print, bench.board.monotonic_ns
+    )  # the first one vanished without a stop
+    driver.connect()
+    driver.configure(100)
+    driver.start()
+    driver.poll(0.5)
+    assert [scan.sequence for scan in successor] == list(range(len(successor)))
+
+
+# -- commands
+
+
+def test_rate_beyond_the_board(bench):
+    bench.driver.connect()
+    with pytest.raises(BoardError, match="scan rate 500 Hz: the board takes 10 to 200 Hz"):
+        bench.driver.configure(500)
+
+
+def test_refusal_names_the_mend(bench):
+    bench.board.adc_present = False
+    bench.driver.connect()
+    bench.driver.configure(100)
+    with pytest.raises(BoardError, match="refuses 'start': adc fault: check the ADC's supply"):
+        bench.driver.start()
+
+
+@pytest.mark.parametrize("command", [IDENTIFY, CONFIGURE, START, STOP, SYNC])
+def test_a_lost_answer_is_asked_for_again(bench, command):
+    bench.board.answer_losses = {command: 1}
+    bench.stream(0.5)
+    bench.driver.stop()
+    assert bench.sequence == list(range(len(bench.scans)))
+    assert len(bench.scans) >= 48
+    assert bench.driver.statistics.scans_lost == bench.board.scheduled - len(bench.scans)
+
+
+# -- the account of scans
+
+
+@pytest.mark.parametrize("rate_hz", [10, 100, 200])
+def test_every_scan_arrives_once(bench, rate_hz):
+    bench.stream(10.0, rate_hz)
+    assert bench.sequence == list(range(len(bench.scans)))
+    assert abs(len(bench.scans) - 10 * rate_hz) <= 2
+    assert bench.driver.statistics.scans_received == len(bench.scans)
+    assert bench.driver.statistics.scans_lost == 0
+    assert bench.scans[7].codes == tuple(range(7, 13))
+    assert bench.scans[7].carriage == -7
+
+
+def test_gaps_are_counted_and_not_bridged(bench):
+    bench.board.skip = {0, 1, 10, 20, 21, 22}
+    bench.stream(1.0)
+    assert bench.sequence == [n for n in range(bench.sequence[-1] + 1) if n not in bench.board.skip]
+    assert bench.driver.statistics.scans_lost == 6
+
+
+def test_scans_lost_at_the_end_are_counted_at_the_stop(bench):
+    bench.board.skip = set(range(50, 1000))
+    bench.stream(1.0)
+    bench.driver.stop()
+    statistics = bench.driver.statistics
+    assert statistics.scans_received == 50
+    assert statistics.scans_scheduled == bench.board.scheduled
+    assert not bench.driver.streaming
+
+
+def test_damaged_frames_are_lost_scans(bench):
+    frames = itertools.count()
+
+    def flip_each_seventh_data_frame(frame):
+        if len(frame) < 40 or next(frames) % 7 != 3:
+            return frame
+        return frame[:20] + bytes((frame[20] ^ 0x10 or 0x55,)) + frame[21:]
+
+    bench.board.mangle = flip_each_seventh_data_frame
+    bench.stream(2.0)
+    bench.driver.stop()
+    statistics = bench.driver.statistics
+    assert statistics.frames.bad > 20
+    assert statistics.scans_scheduled == bench.board.scheduled
+    assert all(scan.codes[0] == scan.sequence for scan in bench.scans)
+
+
+def test_scans_with_a_bad_channel_are_counted(bench):
+    bench.board.bad_channels = {5: 0x3E, 9: 0x00}
+    bench.stream(0.5)
+    assert bench.driver.statistics.scans_bad == 2
+    assert [scan.sequence for scan in bench.scans if scan.valid_mask != 0x3F] == [5, 9]
+
+
+def test_gap_longer_than_the_sequence_counter(bench):
+    """70 000 scans without a frame: sixteen bits cannot tell, the ticks can."""
+    bench.board.skip = set(range(20, 70_020))
+    bench.stream(701.0)
+    assert bench.sequence[19:21] == [19, 70_020]
+    assert bench.driver.statistics.scans_lost == 70_000
+
+
+def test_counters_wrap(protocol):
+    """Sequence (16 bit) and ticks (32 bit) pass their end; the encoder count too."""
+    bench = Bench(protocol, ticks_at_boot=2**32 - 8_000_000)
+    bench.board.crank = 2**31 - 1
+    bench.stream(5.0)
+    bench.board.crank += 3
+    bench.driver.poll(660.0)
+    assert bench.sequence == list(range(len(bench.scans)))
+    assert len(bench.scans) > 66_000
+    ticks = [scan.ticks for scan in bench.scans]
+    assert {b - a for a, b in itertools.pairwise(ticks)} == {PERIOD_TICKS}
+    assert {scan.crank for scan in bench.scans} == {2**31 - 1, 2**31 + 2}
+
+
+# -- time
+
+
+@pytest.mark.parametrize("ppm", [-5000.0, 0.0, 5000.0])
+def test_stamps_are_the_sampling_instants(protocol, ppm):
+    """The scripted line has no jitter: the line of the clock is exact after the first rounds, up
+    to a prior on the slope of 5000 ppm against rounds 0.15 s apart (below 1 us)."""
+    bench = Bench(protocol, ppm=ppm)
+    bench.stream(20.0)
+    board = bench.board
+    errors = [
+        scan.stamp_ns - (board.born_ns + scan.ticks / (board.rate * 2e-3)) for scan in bench.scans
+    ]
+    assert max(map(abs, errors)) < 5_000
+    assert bench.driver.clock.rate_ppm == pytest.approx(ppm, abs=1.0)
+
+
+def test_the_board_hears_from_the_host_every_second(bench):
+    bench.stream(20.0)
+    rounds = bench.board.requests.count(SYNC) / 3
+    assert 20 <= rounds <= 26
+
+
+def test_lost_sync_answers_are_counted(bench):
+    bench.stream(2.0)
+    bench.board.answer_losses = {SYNC: 4}
+    bench.driver.poll(5.0)
+    assert bench.driver.statistics.sync_failures == 4
+    assert bench.driver.statistics.scans_lost == 0
+
+
+# -- trouble in the middle of a run
+
+
+@pytest.mark.parametrize("boot_frame", [True, False])
+def test_reset_in_mid_run(bench, boot_frame):
+    """The stream goes on by itself; the gap is as long in numbers as in time."""
+    bench.board.crank = 1000
+    bench.stream(3.0)
+    bench.board.reset(boot_frame)
+    bench.driver.poll(5.0)
+    pairs = itertools.pairwise(bench.scans)
+    ((before, after),) = [(a, b) for a, b in pairs if b.sequence != a.sequence + 1]
+    gap = after.sequence - before.sequence
+    assert gap > 10
+    assert gap == pytest.approx((after.stamp_ns - before.stamp_ns) / (10 * MS), abs=0.6)
+    assert bench.driver.statistics.scans_lost == gap - 1
+    assert bench.driver.statistics.restarts == 1
+    assert after.crank == 1000
+    assert len(bench.warnings) == 1
+    assert "the board was reset" in bench.warnings[0]
+
+
+def test_board_that_went_idle_is_started_again(bench):
+    bench.stream(3.0)
+    bench.board.crank = 77
+    bench.board.go_idle()
+    bench.driver.poll(3.0)
+    assert bench.driver.statistics.restarts == 1
+    assert bench.scans[-1].crank == 77
+    assert "has gone idle" in bench.warnings[0]
+
+
+def test_board_that_falls_silent(bench):
+    bench.stream(2.0)
+    bench.board.deaf = True
+    bench.board.go_idle()
+    with pytest.raises(BoardError, match="sent nothing for 3 s: check its power and cable"):
+        bench.driver.poll(10.0)
+
+
+def test_stall_of_the_host_loses_nothing(bench):
+    """What the board has sent meanwhile is waiting in the port's buffer."""
+    bench.stream(3.0)
+    bench.board.now_ns += 4 * SECOND
+    bench.driver.poll(1.0)
+    assert bench.sequence == list(range(len(bench.scans)))
+    assert len(bench.scans) >= 798
+    assert bench.driver.statistics.restarts == 0
+    # stamps come from the board's ticks, so the late reading does not show in them
+    steps = {round((b.stamp_ns - a.stamp_ns) / MS, 1) for a, b in itertools.pairwise(bench.scans)}
+    assert steps == {10.0}
+
+
+def test_reset_to_another_firmware_is_refused(bench):
+    bench.stream(2.0)
+    bench.board.schema_hash ^= 0xFF00
+    bench.board.reset()
+    with pytest.raises(BoardError, match="schema"):
+        bench.driver.poll(3.0)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the host takes from board.yaml."""
+
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+from towtank_daq.description import DescriptionError, load_description
+
+BOARD_YAML = Path(__file__).parents[1] / "protocol" / "board.yaml"
+
+
+def written(path: Path, change) -> Path:
+    """A copy of the description with `change` applied to its document."""
+    yaml = YAML(typ="safe")
+    document = yaml.load(BOARD_YAML.read_text(encoding="utf-8"))
+    change(document)
+    with path.open("w", encoding="utf-8") as file:
+        yaml.dump(document, file)
+    return path
+
+
+def test_channel_delays(description):
+    """Hand values: T = (3*32*6 + 95)/614.4 kHz = 1.09212 ms; poles 40.7 Hz and 14.47 Hz."""
+    delays = description.channel_delays_ns(6)
+    assert delays[0] == pytest.approx(0.54606e6 - 3.91044e6, abs=50)
+    assert delays[1] - delays[0] == pytest.approx(1.09212e6, abs=5)
+    assert delays[2] == pytest.approx(2.73031e6 - 10.99899e6, abs=50)
+
+
+def test_bridge_codes_are_ratiometric(description):
+    """10 mV at the bridge: 0.4037 V of 2.5 V, bipolar, against the amplifier's own reference."""
+    channel = description.adc_channel("fish_pressure", 10.0)
+    code = 2**23 * (0.01 * 40.37 / 2.5 + 1)
+    assert channel.volts(code) == pytest.approx(0.01, abs=1e-12)
+
+
+def test_single_ended_codes(description):
+    """1.65 V of the internal 2.5 V, unipolar; 10 V of excitation through the 1:5 divider."""
+    assert description.adc_channel("accel_z", 10.0).volts(2**24 * 1.65 / 2.5) == pytest.approx(1.65)
+    assert description.adc_channel("excitation", 10.0).volts(2**24 * 2 / 2.5) == pytest.approx(10.0)
+
+
+def test_hash_follows_the_contents(description, tmp_path):
+    same = load_description(written(tmp_path / "same.yaml", lambda board: None))
+    assert same.schema_hash == description.schema_hash
+
+    def swap(board):
+        board["channels"].reverse()
+
+    other = load_description(written(tmp_path / "other.yaml", swap))
+    assert other.schema_hash != description.schema_hash
+
+
+def test_incomplete_description_is_refused(tmp_path):
+    def cut(board):
+        del board["wire"]["baud"]
+
+    with pytest.raises(DescriptionError, match=r"board.yaml: wire.baud: Field required"):
+        load_description(written(tmp_path / "board.yaml", cut))

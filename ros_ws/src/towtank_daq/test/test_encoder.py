@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Position and velocity from counts, against motions that are known."""
+
+import math
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from towtank_daq.encoder import Encoder, VelocityFilter
+
+PERIOD_NS = 10_000_000
+STEP = 2 * math.pi / 4096
+
+
+@given(
+    st.floats(-10, 10),
+    st.floats(-10, 10),
+    st.floats(-10, 10),
+    st.sets(st.integers(0, 40), max_size=10),
+)
+def test_velocity_of_a_parabola_is_exact(x0, v, a, lost):
+    """Also with scans missing; the fit is a parabola, so only rounding (1e-13 / 0.01 s) is left."""
+    velocity = VelocityFilter(0.2)
+    stamps = [PERIOD_NS * k for k in range(41) if k not in lost]
+    for stamp in stamps:
+        t = stamp * 1e-9
+        got = velocity.update(stamp, x0 + v * t + 0.5 * a * t * t)
+    assert got == pytest.approx(v + a * t, abs=1e-9)
+
+
+def test_velocity_under_jerk():
+    """The parabola misses j T^2 / 10 of a cubic (20 intervals instead of a continuum: -15 %)."""
+    velocity = VelocityFilter(0.2)
+    jerk = 6.0
+    for k in range(100):
+        got = velocity.update(PERIOD_NS * k, (0.01 * k) ** 3)
+    error = 3 * 0.99**2 - got
+    assert error == pytest.approx(jerk * 0.2**2 / 10, rel=0.15)
+
+
+def test_quantisation_noise_of_velocity():
+    """Uniform quantisation error, white because of the dither: 4.4 steps a second rms, +-15 %."""
+    velocity = VelocityFilter(0.2)
+    source = random.Random(1)
+    values = []
+    for k in range(4000):
+        values.append(velocity.update(PERIOD_NS * k, source.uniform(-0.5, 0.5)))
+    settled = values[21:]
+    rms = math.sqrt(sum(x * x for x in settled) / len(settled))
+    assert rms == pytest.approx(4.4, rel=0.15)
+
+
+def test_first_count_is_the_origin():
+    encoder = Encoder(STEP)
+    assert encoder.update(0, 1_000_000) == (0.0, 0.0)
+    position, velocity = encoder.update(PERIOD_NS, 1_000_010)
+    assert position == pytest.approx(10 * STEP)
+    assert velocity == pytest.approx(1000 * STEP)
+
+
+def test_zero_makes_a_new_origin_without_a_jump_in_velocity():
+    encoder = Encoder(STEP)
+    for k in range(30):
+        encoder.update(PERIOD_NS * k, 100 * k)
+    encoder.zero()
+    assert encoder.update(30 * PERIOD_NS, 3000) == (0.0, 0.0)
+    position, velocity = encoder.update(31 * PERIOD_NS, 3100)
+    assert position == pytest.approx(100 * STEP)
+    assert velocity == pytest.approx(10_000 * STEP)
+
+
+def test_direction_is_the_sign_of_the_step():
+    encoder = Encoder(-STEP)
+    encoder.update(0, 0)
+    assert encoder.update(PERIOD_NS, 1)[0] == -STEP
+
+
+def test_positions_older_than_the_window_are_forgotten():
+    """After a gap longer than the window the old speed must not leak into the new one."""
+    velocity = VelocityFilter(0.2)
+    for k in range(20):
+        velocity.update(PERIOD_NS * k, 5.0 * k)
+    assert velocity.update(PERIOD_NS * 100, 0.0) == 0.0
+    assert velocity.update(PERIOD_NS * 101, 0.01) == pytest.approx(1.0)

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lifecycle node that owns the ADC board and publishes its scans.
+
+configure: open the port, find the board, check its schema; activate: start the stream; deactivate:
+stop it; cleanup: close the port. While active, one thread of its own sits in the serial port's
+read and publishes each scan as its frame is complete (rclpy's publish may be called from any
+thread, and handing over to the executor would cost a wake-up a scan). The thread is the only user
+of the driver as long as it runs. When the board fails, the node goes back to unconfigured, says
+why, and can be configured again.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import threading
+import time
+
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from towtank_interfaces.msg import AdcScan
+from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.main import run_node
+from towtank_node.parameters import Parameter, read_parameters
+from towtank_node.qos import SENSOR_QOS
+from towtank_rig import RigError, load_rig
+
+from towtank_daq.board import AdcBoard, BoardError, Scan
+from towtank_daq.clock import clock_offset_ns
+from towtank_daq.description import BoardDescription, installed_description, load_description
+from towtank_daq.protocol import Protocol
+from towtank_daq.serial_port import SerialPort
+
+_POLL_S = 0.2  # how soon the serial thread sees that it shall end
+_FAILURES = (BoardError, OSError)
+
+
+class AdcBoardNode(LifecycleNode):
+    """The ADC board on a serial port."""
+
+    def __init__(self) -> None:
+        super().__init__("adc_board")
+        board = load_description(installed_description())
+        rates = board.sampling.rate_hz
+        parameters = read_parameters(
+            self,
+            [
+                Parameter("port", str, "path of the board's serial port"),
+                Parameter(
+                    "rate_hz",
+                    int,
+                    "scans per second",
+                    rates.default,
+                    minimum=rates.minimum,
+                    maximum=rates.maximum,
+                ),
+                Parameter("rig", str, "path of the rig file"),
+            ],
+        )
+        _check_channels(parameters.rig, board)
+        self._protocol = Protocol(board)
+        self._port_path = parameters.port
+        self._rate_hz = parameters.rate_hz
+        self._port: SerialPort | None = None
+        self._board: AdcBoard | None = None
+        self._thread: threading.Thread | None = None
+        self._ending = threading.Event()
+        self._failure = ""
+        self._failed = self.create_guard_condition(self._on_thread_failed)
+        self._ros_offset_ns = 0
+        self._latencies_s: list[float] = []
+        self._scans = self.create_lifecycle_publisher(AdcScan, "adc_scan", SENSOR_QOS)
+        self._message = AdcScan()
+        self._message.header.frame_id = "adc_board"
+        self._message.channel_delay_ns[:] = board.channel_delays_ns(board.adc.filter.fs.default)
+        self._diagnostics = NodeDiagnostics(self, 1.0 / self._rate_hz, self._details)
+
+    # -- transitions
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._failure = ""
+        try:
+            self._port = SerialPort(self._port_path, self._protocol.board.wire.baud)
+            self._board = AdcBoard(
+                self._port, self._protocol, self._publish, self.get_logger().warning
+            )
+            identity = self._board.connect()
+            self._board.configure(self._rate_hz)
+        except _FAILURES as error:
+            self._fail(str(error))
+            return TransitionCallbackReturn.FAILURE
+        version = ".".join(map(str, identity.firmware_version))
+        self.get_logger().info(
+            f"board {identity.board_serial:08x} on {self._port_path}: firmware {version}, "
+            f"calibration {identity.calibration_id:08x}"
+        )
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        # Taken once: slewing moves the system's and the monotonic clock alike, and a later step of
+        # the system's clock must not tear the record
+        self._ros_offset_ns = clock_offset_ns(
+            lambda: self.get_clock().now().nanoseconds, time.monotonic_ns
+        )
+        result = super().on_activate(state)
+        try:
+            self._board.start()
+        except _FAILURES as error:
+            self._failure = str(error)
+            return TransitionCallbackReturn.ERROR
+        self._ending.clear()
+        self._thread = threading.Thread(target=self._serve, name="serial", daemon=True)
+        self._thread.start()
+        self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._join()
+        try:
+            if not self._failure:
+                self._board.stop()
+        except _FAILURES as error:
+            self._failure = str(error)
+        if self._failure:
+            return TransitionCallbackReturn.ERROR
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.close()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.close()
+        return super().on_shutdown(state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Back to unconfigured, from where the node can be configured again."""
+        super().on_deactivate(state)
+        self._fail(self._failure or f"fault in the transition from '{state.label}'")
+        return TransitionCallbackReturn.SUCCESS
+
+    def close(self) -> None:
+        """Leave the board idle and give the port back."""
+        self._join()
+        if self._board is not None and self._board.streaming and not self._failure:
+            try:
+                self._board.stop()
+            except _FAILURES as error:
+                self.get_logger().warning(str(error))
+        if self._port is not None:
+            self._port.close()
+        self._port = self._board = None
+
+    # -- the serial thread
+
+    def _serve(self) -> None:
+        try:
+            while not self._ending.is_set():
+                self._board.poll(_POLL_S)
+        except _FAILURES as error:
+            self._failure = str(error)
+            self._failed.trigger()
+
+    def _publish(self, scan: Scan) -> None:
+        with self._diagnostics.cycle():
+            message = self._message
+            stamp = message.header.stamp
+            stamp.sec, stamp.nanosec = divmod(scan.stamp_ns + self._ros_offset_ns, 1_000_000_000)
+            message.sequence = scan.sequence
+            message.board_ticks = scan.ticks
+            message.valid_mask = scan.valid_mask
+            message.flags = scan.flags
+            message.codes[:] = scan.codes
+            message.crank_count = scan.crank
+            message.carriage_count = scan.carriage
+            self._scans.publish(message)
+            self._latencies_s.append((time.monotonic_ns() - scan.stamp_ns) * 1e-9)
+
+    # -- the rest
+
+    def _on_thread_failed(self) -> None:
+        if self._failure and self._thread is not None:
+            self.trigger_deactivate()
+
+    def _join(self) -> None:
+        if self._thread is not None:
+            self._ending.set()
+            self._thread.join()
+            self._thread = None
+
+    def _fail(self, message: str) -> None:
+        self._failure = message
+        self.get_logger().error(message)
+        self._diagnostics.fail(message)
+        self.close()
+
+    def _details(self) -> dict[str, object]:
+        board = self._board
+        if board is None:
+            return {}
+        latencies, self._latencies_s = self._latencies_s, []
+        counted, clock, health = board.statistics, board.clock, board.health
+        details: dict[str, object] = {
+            "scans_scheduled": counted.scans_scheduled,
+            "scans_received": counted.scans_received,
+            "scans_lost": counted.scans_lost,
+            "scans_bad": counted.scans_bad,
+            "restarts": counted.restarts,
+            "bad_frames": counted.frames.bad,
+            "unknown_frames": counted.unknown_frames,
+            "sync_failures": counted.sync_failures,
+            "clock_rate_ppm": f"{clock.rate_ppm:.1f}",
+            "clock_residual_us": f"{1e6 * clock.residual_s:.1f}",
+            "clock_round_trip_us": f"{1e6 * clock.round_trip_s:.1f}",
+        }
+        if latencies:
+            details["latency_median_ms"] = f"{1e3 * statistics.median(latencies):.2f}"
+            details["latency_max_ms"] = f"{1e3 * max(latencies):.2f}"
+        if health is not None:
+            details["board_reset_cause"] = self._protocol.reset_causes(health.reset_cause)
+            details["board_boot_count"] = health.boot_count
+            details["board_stack_low_water"] = health.stack_low_water
+            for counter in (
+                "missed_ticks",
+                "scan_overruns",
+                "spi_crc_errors",
+                "adc_sequence_errors",
+                "illegal_steps",
+                "rx_overflows",
+                "rx_bad_frames",
+                "dropped_frames",
+            ):
+                details[f"board_{counter}"] = getattr(health, counter)
+        return details
+
+
+def _check_channels(rig_path: str, board: BoardDescription) -> None:
+    """Refuse a rig whose board is wired otherwise than the firmware scans it."""
+    wired = list(load_rig(rig_path).board.channels)
+    if wired != board.channel_names:
+        raise RigError(
+            rig_path,
+            None,
+            "board.channels",
+            f"the rig has {', '.join(wired)}",
+            f"give them as the board scans them: {', '.join(board.channel_names)}",
+        )
+
+
+def main() -> None:
+    sys.exit(run_node(AdcBoardNode, (RigError,)))

@@ -1,0 +1,473 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The driver of the ADC board: what is said to it, and what its scans mean in host time.
+
+All waiting goes through the transport's read() and all time through `monotonic_ns`, so that the
+same code drives a serial port in real time and a virtual board without a clock. Not thread-safe:
+one thread at a time may call it.
+
+Scans are handed to `on_scan` the moment that their frame is complete, also while the driver waits
+for an answer. Lost scans are known exactly: the board numbers its ticks, sent or not, and tells at
+the stop how many there were. Nothing is ever put in their place.
+
+When the board resets in the middle of a run, or has gone idle because the host was held up, the
+driver starts it again. The numbers of the scans then go on by the time that has passed, so that
+the gap shows as so many lost scans, and the encoder counts go on from the last known ones: what the
+shafts turned while the board was down is not known and must be zeroed again.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+from typing import Protocol as Interface
+
+from towtank_daq.clock import BoardClock, SyncExchange, unwrap
+from towtank_daq.framing import FrameCounters, FrameReader
+from towtank_daq.protocol import (
+    Answer,
+    BootRecord,
+    DataRecord,
+    HealthRecord,
+    Identity,
+    Protocol,
+    ProtocolError,
+    Response,
+    Started,
+)
+
+CONNECT_TIMEOUT_S = 8.0
+_BOOTLOADER_S = 2.5  # opening a real port resets the board; its bootloader waits about this long
+_IDENTIFY_TIMEOUT_S = 0.3
+_ANSWER_TIMEOUT_S = 0.5
+_ATTEMPTS = 3
+_SYNC_TRIES = 3
+_SYNC_TIMEOUT_S = 0.05
+_SYNC_PERIOD_S = 1.0
+_FIRST_SYNC_ROUNDS = 4
+_FIRST_SYNC_SPACING_S = 0.15  # with 50 us of jitter the slope is then known to about 100 ppm
+_SCAN_PATIENCE_S = 0.1  # how long a due sync try waits for a scan to go just behind it
+_LOOK_AROUND_NS = 100_000_000  # longest wait for bytes before sync and silence are looked at
+_SILENCE_S = 3.0  # health frames come once a second, whatever else happens
+
+
+class Transport(Interface):
+    """The line to the board."""
+
+    def read(self, timeout_s: float) -> bytes:
+        """Block until at least one byte is there or the time is over; all bytes there are.
+
+        Raises OSError, in one line with the mend, when the line is gone.
+        """
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send all of `data`. Raises OSError when the line is gone."""
+        ...
+
+
+class BoardError(Exception):
+    """The board does not do what it should; one line with cause and mend."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """One scan in host terms."""
+
+    sequence: int
+    """Number since start(), unwrapped; a gap is so many lost scans."""
+    ticks: int
+    """Board time of the sampling tick, unwrapped."""
+    stamp_ns: int
+    """Estimated host time of the sampling tick, ns of CLOCK_MONOTONIC."""
+    codes: tuple[int, ...]
+    valid_mask: int
+    flags: int
+    crank: int
+    carriage: int
+    """Encoder counts at the tick, unwrapped."""
+
+
+@dataclass(slots=True)
+class Statistics:
+    """What has happened since start()."""
+
+    scans_received: int = 0
+    scans_lost: int = 0
+    scans_bad: int = 0
+    """Received, but with at least one channel not valid."""
+    restarts: int = 0
+    sync_failures: int = 0
+    unknown_frames: int = 0
+    frames: FrameCounters = field(default_factory=FrameCounters)
+
+    @property
+    def scans_scheduled(self) -> int:
+        return self.scans_received + self.scans_lost
+
+
+class _Counter:
+    """A shaft's 32-bit count, unwrapped, going on over a reset of the board."""
+
+    def __init__(self) -> None:
+        self._offset = 0
+        self._last: int | None = None
+
+    def update(self, count: int) -> int:
+        near = count if self._last is None else self._last
+        self._last = unwrap(count, 32, near)
+        return self._offset + self._last
+
+    def board_was_reset(self) -> None:
+        self._offset += self._last or 0
+        self._last = 0
+
+
+class AdcBoard:
+    """One board on one line: connect(), configure(), start(), poll() again and again, stop()."""
+
+    def __init__(
+        self,
+        transport: Transport,
+        protocol: Protocol,
+        on_scan: Callable[[Scan], None],
+        on_warning: Callable[[str], None],
+        monotonic_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        self._transport = transport
+        self._protocol = protocol
+        self._on_scan = on_scan
+        self._on_warning = on_warning
+        self._now_ns = monotonic_ns
+        self._board = protocol.board
+        self._reader = FrameReader(self._board.wire.maximum_payload)
+        self.clock = BoardClock(
+            self._board.microcontroller.tick_hz,
+            protocol.request_wire_ns("sync"),
+            protocol.answer_wire_ns("sync"),
+        )
+        self.statistics = Statistics(frames=self._reader.counters)
+        self.health: HealthRecord | None = None
+        self.identity: Identity | None = None
+        self._last_frame_ns = 0
+        self._boot_count: int | None = None
+        self._booted = False
+
+        self._request_id = 0
+        self._waiting_for: int | None = None
+        self._response: Response | None = None
+        self._response_ns = 0
+
+        self._rate_hz = 0
+        self._streaming = False
+        self._down = ""  # why the stream must be started again
+        self._crank, self._carriage = _Counter(), _Counter()
+        self._first_tick = 0
+        self._period_ticks = 0
+        self._base = 0  # number of the board's scan 0
+        self._last_sequence = -1
+        self._last_stamp_ns: int | None = None
+
+        self._tries: list[SyncExchange] = []
+        self._tries_left = 0
+        self._next_sync_ns = 0
+        self._scan_seen = False
+
+    # -- states
+
+    def connect(self, timeout_s: float = CONNECT_TIMEOUT_S) -> Identity:
+        """Find the board and make sure that it speaks this protocol; leaves it idle.
+
+        A board that is running answers at once. One that resets because its port was opened must
+        be left in peace until its bootloader is through: it then reports its boot.
+        """
+        end_ns = self._now_ns() + round(1e9 * timeout_s)
+        quiet_until_ns = self._now_ns() + round(1e9 * _BOOTLOADER_S)
+        self._last_frame_ns = self._now_ns()
+        while True:
+            self._booted = False
+            response = self._exchange("identify", _IDENTIFY_TIMEOUT_S)
+            if response is not None:
+                break
+            if self._now_ns() >= end_ns:
+                raise BoardError(self._no_answer(timeout_s))
+            self._wait(min(quiet_until_ns, end_ns), lambda: self._booted)
+        self.identity = self._identified(response)
+        self._command("stop")
+        return self.identity
+
+    def configure(self, rate_hz: int) -> None:
+        """Set the scan rate of the idle board, Hz."""
+        rates = self._board.sampling.rate_hz
+        if not rates.minimum <= rate_hz <= rates.maximum:
+            raise BoardError(
+                f"scan rate {rate_hz} Hz: the board takes {rates.minimum} to {rates.maximum} Hz"
+            )
+        filter_fs = self._board.adc.filter.fs.default
+        self._command("configure", rate_hz=rate_hz, filter_fs=filter_fs)
+        self._rate_hz = rate_hz
+
+    def start(self) -> None:
+        """Learn the board's clock and start the stream; scans count from 0."""
+        self._reader.counters = FrameCounters()
+        self.statistics = Statistics(frames=self._reader.counters)
+        self._base = 0
+        self._last_sequence = -1
+        self._last_stamp_ns = None
+        self._begin()
+
+    def poll(self, timeout_s: float) -> None:
+        """Take in what comes within `timeout_s`; keeps clock and board alive meanwhile.
+
+        Raises BoardError when the board has fallen silent, OSError when the line is gone.
+        """
+        end_ns = self._now_ns() + round(1e9 * timeout_s)
+        while True:
+            if self._down:
+                self._resume()
+            now_ns = self._now_ns()
+            self._synchronise(now_ns)
+            if now_ns >= end_ns:
+                return
+            heard = self._receive(min(end_ns, now_ns + _LOOK_AROUND_NS))
+            # Only a read that found nothing tells of silence: after a long stall of the host,
+            # all that the board has sent meanwhile is still to be read
+            if not heard and self._now_ns() - self._last_frame_ns > 1e9 * _SILENCE_S:
+                raise BoardError(
+                    f"the board has sent nothing for {_SILENCE_S:g} s: check its power and cable"
+                )
+
+    def stop(self) -> None:
+        """Stop the stream and settle the account of the scans."""
+        stopped = self._command("stop")
+        self._streaming = False
+        last = self._base + stopped.scans_scheduled - 1
+        self.statistics.scans_lost += max(0, last - self._last_sequence)
+        self._last_sequence = max(last, self._last_sequence)
+
+    @property
+    def streaming(self) -> bool:
+        return self._streaming
+
+    # -- commands
+
+    def _command(self, name: str, **arguments: Any) -> Answer:
+        """The board's answer to a request; every request may be repeated safely."""
+        for _ in range(_ATTEMPTS):
+            response = self._exchange(name, _ANSWER_TIMEOUT_S, **arguments)
+            if response is not None:
+                return self._accepted(response)
+        raise BoardError(
+            f"the board does not answer '{name}': check its cable, or reset it and try again"
+        )
+
+    def _exchange(self, name: str, timeout_s: float, **arguments: Any) -> Response | None:
+        """One request and its response; None if none comes in time."""
+        self._request_id = (self._request_id + 1) % 256
+        self._response = None
+        self._waiting_for = self._request_id
+        self._transport.write(self._protocol.request(name, self._request_id, **arguments))
+        self._wait(self._now_ns() + round(1e9 * timeout_s), lambda: self._response is not None)
+        self._waiting_for = None
+        return self._response
+
+    def _accepted(self, response: Response) -> Answer:
+        if not self._protocol.is_ok(response.status):
+            status = self._protocol.status_name(response.status)
+            raise BoardError(
+                f"the board refuses '{response.command}': {status.replace('_', ' ')}"
+                + _MENDS.get(status, "")
+            )
+        try:
+            return self._protocol.answer(response)
+        except ProtocolError as error:
+            raise BoardError(f"{error}: flash the firmware that belongs to this driver") from error
+
+    def _identified(self, response: Response) -> Identity:
+        ours = self._board
+        if response.data and response.data[0] != ours.protocol:
+            raise BoardError(
+                f"the board speaks protocol {response.data[0]}, this driver {ours.protocol}: flash "
+                "the firmware that belongs to this driver"
+            )
+        identity = self._accepted(response)
+        if identity.schema_hash != ours.schema_hash:
+            raise BoardError(
+                f"the board has schema 0x{identity.schema_hash:08x}, this driver "
+                f"0x{ours.schema_hash:08x}: flash the firmware that belongs to this driver"
+            )
+        return identity
+
+    def _no_answer(self, timeout_s: float) -> str:
+        if self.statistics.frames.bad and not self.statistics.frames.frames:
+            return (
+                f"what comes from the board is not readable at {self._board.wire.baud} baud: is "
+                "this port the ADC board's?"
+            )
+        return (
+            f"the board has not answered within {timeout_s:g} s: check that it has power, that "
+            "this port is the ADC board's and that its firmware is flashed"
+        )
+
+    # -- the stream
+
+    def _begin(self) -> None:
+        """From an idle board to a stream whose clock is known."""
+        self.clock.reset()
+        for _ in range(_FIRST_SYNC_ROUNDS):
+            tries = [t for t in (self._sync_try() for _ in range(_SYNC_TRIES)) if t is not None]
+            if not tries:
+                raise BoardError("the board does not answer 'sync': check its cable")
+            self.clock.add_round(tries)
+            self._wait(self._now_ns() + round(1e9 * _FIRST_SYNC_SPACING_S), lambda: False)
+        self._down = ""
+        self._tries_left = 0
+        self._next_sync_ns = self._now_ns() + round(1e9 * _FIRST_SYNC_SPACING_S)
+        for _ in range(_ATTEMPTS):
+            response = self._exchange("start", _ANSWER_TIMEOUT_S)
+            if response is not None:
+                self._accepted(response)
+                return
+            self._command("stop")  # the answer may have been lost, and a second start is refused
+        raise BoardError("the board does not answer 'start': check its cable")
+
+    def _take_started(self, started: Started) -> None:
+        """The stream is on. Done as the answer is read: a scan may be in the same bytes."""
+        self._first_tick, self._period_ticks = started.first_tick, started.period_ticks
+        if self._last_stamp_ns is not None:
+            passed_ns = self.clock.host_ns(self._first_tick) - self._last_stamp_ns
+            period_ns = 1e9 * self._period_ticks / self._board.microcontroller.tick_hz
+            self._base = self._last_sequence + max(1, round(passed_ns / period_ns))
+        self._streaming = True
+
+    def _resume(self) -> None:
+        self.statistics.restarts += 1
+        self._on_warning(
+            f"{self._down}: starting it again; the gap counts as lost scans, and what the shafts "
+            "turned meanwhile is not known"
+        )
+        self._streaming = False
+        self.connect()
+        self.configure(self._rate_hz)
+        self._begin()
+
+    def _synchronise(self, now_ns: int) -> None:
+        """Make the next sync try when it is due, just behind a scan if these are coming: the
+        line is then free, and tries of one round lie at different phases of other traffic."""
+        if not self._streaming or now_ns < self._next_sync_ns:
+            return
+        if self._tries_left == 0:
+            self._tries, self._tries_left, self._scan_seen = [], _SYNC_TRIES, False
+        late = now_ns - self._next_sync_ns > 1e9 * _SCAN_PATIENCE_S
+        if not self._scan_seen and not late:
+            return
+        self._scan_seen = False
+        self._tries_left -= 1
+        done = self._sync_try()
+        if done is None:
+            self.statistics.sync_failures += 1
+        else:
+            self._tries.append(done)
+        if self._tries_left == 0:
+            if self._tries:
+                self.clock.add_round(self._tries)
+            self._next_sync_ns = now_ns + round(1e9 * _SYNC_PERIOD_S)
+
+    def _sync_try(self) -> SyncExchange | None:
+        sent_ns = self._now_ns()
+        response = self._exchange("sync", _SYNC_TIMEOUT_S)
+        if response is None:
+            return None
+        answer = self._accepted(response)
+        return SyncExchange(sent_ns, self._response_ns, answer.received_ticks, answer.sent_ticks)
+
+    def _wait(self, until_ns: int, done: Callable[[], bool]) -> None:
+        while not done() and self._now_ns() < until_ns:
+            self._receive(until_ns)
+
+    def _receive(self, until_ns: int) -> bool:
+        """Take in what has come; False if nothing comes before `until_ns`."""
+        data = self._transport.read(max(0.0, (until_ns - self._now_ns()) / 1e9))
+        if not data:
+            return False
+        received_ns = self._now_ns()
+        for payload in self._reader.feed(data):
+            try:
+                record = self._protocol.decode(payload)
+            except ProtocolError:
+                self.statistics.unknown_frames += 1
+                continue
+            self._last_frame_ns = received_ns
+            match record:
+                case DataRecord():
+                    self._take_data(record, received_ns)
+                case Response():
+                    self._take_response(record, received_ns)
+                case HealthRecord():
+                    self._take_health(record)
+                case BootRecord():
+                    self._take_boot(record)
+        return True
+
+    def _take_response(self, record: Response, received_ns: int) -> None:
+        if record.request_id != self._waiting_for:
+            return  # of a request that was given up
+        self._response, self._response_ns = record, received_ns
+        if record.command == "start" and self._protocol.is_ok(record.status):
+            self._take_started(self._accepted(record))
+
+    def _take_data(self, record: DataRecord, received_ns: int) -> None:
+        if not self._streaming:
+            return  # the tail of an earlier host's stream
+        ticks = unwrap(record.ticks, 32, self.clock.ticks(received_ns))
+        # The tick tells the number; the 16-bit sequence then only has to confirm the nearest
+        near = round((ticks - self._first_tick) / self._period_ticks)
+        sequence = self._base + unwrap(record.sequence, 16, near)
+        if sequence <= self._last_sequence:
+            self.statistics.unknown_frames += 1
+            return
+        self.statistics.scans_received += 1
+        self.statistics.scans_lost += sequence - self._last_sequence - 1
+        if record.valid_mask != self._board.all_valid:
+            self.statistics.scans_bad += 1
+        self._last_sequence = sequence
+        self._last_stamp_ns = stamp_ns = self.clock.host_ns(ticks)
+        self._scan_seen = True
+        self._on_scan(
+            Scan(
+                sequence=sequence,
+                ticks=ticks,
+                stamp_ns=stamp_ns,
+                codes=record.codes,
+                valid_mask=record.valid_mask,
+                flags=record.flags,
+                crank=self._crank.update(record.crank),
+                carriage=self._carriage.update(record.carriage),
+            )
+        )
+
+    def _take_health(self, record: HealthRecord) -> None:
+        if self._boot_count not in (None, record.boot_count):  # the boot frame did not get through
+            self._board_was_reset(record.reset_cause)
+        elif self._streaming and record.state == self._board.board_state["idle"]:
+            self._down = "the board has gone idle, having heard nothing from the host for too long"
+        self._boot_count = record.boot_count
+        self.health = record
+
+    def _take_boot(self, record: BootRecord) -> None:
+        self._boot_count = record.boot_count
+        self._booted = True
+        self._board_was_reset(record.reset_cause)
+
+    def _board_was_reset(self, cause: int) -> None:
+        self._crank.board_was_reset()
+        self._carriage.board_was_reset()
+        if self._streaming:
+            self._down = f"the board was reset ({self._protocol.reset_causes(cause)})"
+
+
+_MENDS = {
+    "adc_fault": ": check the ADC's supply and SPI wiring",
+    "not_idle": ": another program is using it; stop that, or reset the board",
+}

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The board's clock mapped to the host's.
+
+Why this works
+--------------
+The board stamps each scan by its own timer, whose edges are exact but whose rate is a cheap
+resonator's: off by up to 5000 ppm, drifting with temperature. The host's CLOCK_MONOTONIC is the
+master, but the host sees the board only through a serial line, a driver and a scheduler, which
+delay by fractions of a millisecond to many milliseconds. So the arrival of a scan says little of
+when it was taken, while the board's own stamp says it to a tick, in an unknown clock. What is left
+is to learn the line `host = offset + slope * ticks`.
+
+About once a second the host asks the board for its time. In such an exchange the host notes when
+it sent (s) and when the answer had come (r), the board when it had received the request (R) and
+when it sent the answer (S). Causality gives hard bounds: s <= R and S <= r, so the exchange places
+the middle of (R, S) at the middle of (s, r) with an error of at most half of the round trip
+(r - s) - (S - R). The time that the bytes need on the wire is known and taken off first; what is
+left are waits, which are never negative, and mostly short with a long tail. Therefore of several
+tries the one with the shortest round trip counts, and a round with an unusually long one (the host
+was held up) gets little weight, by its own bound: a uniform error of +-half of the excess over the
+shortest round trip known has a standard deviation of excess / sqrt(12).
+
+Through these points goes a weighted regression whose weights also decay with age, so that the line
+follows the resonator's drift: with a decay time T a drift of d s/s^2 leaves an error of d T^2 at
+the line's young end (50 ppm a minute and 10 s: 83 us), while some T points average out the jitter.
+Until enough points are there, a prior holds the slope near its nominal value, with the resonator's
+tolerance as its standard deviation.
+
+The same idea (shortest round trip, decaying regression) carries Klipper's clock synchronisation
+and, without the regression, Cristian's algorithm (Distributed Computing 3, 146-158, 1989).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+_DECAY_S = 10.0
+_POINTS = 60  # at one a second the oldest has decayed to exp(-6)
+_SLOPE_PRIOR = 5e-3  # standard deviation of the board's relative clock error
+_FLOOR_S = 20e-6  # jitter of the best round trips: scheduling and interrupts on both sides
+
+
+def unwrap(value: int, bits: int, near: int) -> int:
+    """The number closest to `near` whose lowest `bits` bits are those of `value`."""
+    span = 1 << bits
+    return near + (value - near + span // 2) % span - span // 2
+
+
+def clock_offset_ns(other_ns: Callable[[], int], monotonic_ns: Callable[[], int]) -> int:
+    """How far another clock of this machine is ahead of the monotonic one, ns.
+
+    Of several readings between two of the monotonic clock, the most tightly held one counts.
+    """
+    readings = []
+    for _ in range(5):
+        before, other, after = monotonic_ns(), other_ns(), monotonic_ns()
+        readings.append((after - before, other - (before + after) // 2))
+    return min(readings)[1]
+
+
+@dataclass(frozen=True, slots=True)
+class SyncExchange:
+    """One question for the board's time. Host times in ns, board times in unwrapped ticks."""
+
+    sent_ns: int
+    """Host, just before the request was written."""
+    received_ns: int
+    """Host, just after the last byte of the answer was read."""
+    board_received: int
+    board_sent: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """A place where the two clocks met."""
+
+    host_ns: int
+    ticks: int
+    round_trip_s: float
+
+
+class BoardClock:
+    """Estimates and applies the line from board ticks to host time.
+
+    nominal_hz: ticks a second by the board's data sheet.
+    request_wire_ns, response_wire_ns: time that the request's and the answer's bytes spend on the
+    serial line, ns.
+    """
+
+    def __init__(self, nominal_hz: float, request_wire_ns: int = 0, response_wire_ns: int = 0):
+        self._nominal_hz = nominal_hz
+        self._request_wire_ns = request_wire_ns
+        self._response_wire_ns = response_wire_ns
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything, as after a reset of the board."""
+        self._points: deque[_Point] = deque(maxlen=_POINTS)
+        self._host_ns = 0
+        self._ticks = 0
+        self._ns_per_tick = 1e9 / self._nominal_hz
+        self.residual_s = math.nan
+        """Weighted RMS distance of the points from the line, s."""
+
+    @property
+    def points(self) -> int:
+        """Rounds that the line rests on."""
+        return len(self._points)
+
+    @property
+    def rate_ppm(self) -> float:
+        """How much faster than nominal the board's clock runs, parts per million."""
+        return 1e6 * (1e9 / self._nominal_hz / self._ns_per_tick - 1.0)
+
+    @property
+    def round_trip_s(self) -> float:
+        """Round trip of the last round less the bytes' time on the wire, s."""
+        return self._points[-1].round_trip_s if self._points else math.nan
+
+    def add_round(self, tries: Iterable[SyncExchange]) -> None:
+        """Learn from one round of exchanges that were made shortly after each other."""
+        self._points.append(min(map(self._point, tries), key=lambda p: p.round_trip_s))
+        self._fit()
+
+    def host_ns(self, ticks: int) -> int:
+        """The host's time at a board time, ns of CLOCK_MONOTONIC."""
+        return self._host_ns + round((ticks - self._ticks) * self._ns_per_tick)
+
+    def ticks(self, host_ns: int) -> int:
+        """The board's time at a host time, in unwrapped ticks."""
+        return self._ticks + round((host_ns - self._host_ns) / self._ns_per_tick)
+
+    def _point(self, exchange: SyncExchange) -> _Point:
+        start = exchange.sent_ns + self._request_wire_ns
+        end = exchange.received_ns - self._response_wire_ns
+        board_s = (exchange.board_sent - exchange.board_received) / self._nominal_hz
+        return _Point(
+            host_ns=(start + end) // 2,
+            ticks=(exchange.board_received + exchange.board_sent) // 2,
+            round_trip_s=(end - start) / 1e9 - board_s,
+        )
+
+    def _fit(self) -> None:
+        # Everything relative to the youngest point, in seconds, so that floats keep nanoseconds:
+        # x is board time at the nominal rate, y by how much the host's clock has gained on it.
+        young = self._points[-1]
+        shortest = min(p.round_trip_s for p in self._points)
+        s0 = s1 = s2 = t0 = t1 = 0.0
+        rows = []
+        for p in self._points:
+            x = (p.ticks - young.ticks) / self._nominal_hz
+            y = (p.host_ns - young.host_ns) / 1e9 - x
+            variance = _FLOOR_S**2 + (p.round_trip_s - shortest) ** 2 / 12.0
+            w = math.exp(x / _DECAY_S) / variance
+            rows.append((x, y, w))
+            s0 += w
+            s1 += w * x
+            s2 += w * x * x
+            t0 += w * y
+            t1 += w * x * y
+        s2 += _SLOPE_PRIOR**-2
+        det = s0 * s2 - s1 * s1
+        offset = (t0 * s2 - t1 * s1) / det
+        slope = (t1 * s0 - t0 * s1) / det
+        self._ticks = young.ticks
+        self._host_ns = young.host_ns + round(1e9 * offset)
+        self._ns_per_tick = 1e9 * (1.0 + slope) / self._nominal_hz
+        chi2 = sum(w * (y - offset - slope * x) ** 2 for x, y, w in rows)
+        self.residual_s = math.sqrt(chi2 / s0)

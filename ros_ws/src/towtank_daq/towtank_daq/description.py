@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ADC board as `board.yaml` describes it: channels, analog front ends, wire.
+
+The firmware is built from the same file; its hash tells whether both sides have the same one. Only
+what the host needs is read here, the hash covers all of it.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Literal
+
+from ament_index_python.packages import get_package_share_directory
+from pydantic import BaseModel, Field, PrivateAttr, ValidationError
+from towtank_rig.conversion import Channel
+
+from towtank_daq.schema_hash import load_board, schema_hash
+
+
+class DescriptionError(Exception):
+    """board.yaml is not what this driver can work with; one line."""
+
+
+class _Limits(BaseModel):
+    minimum: int
+    maximum: int
+    default: int
+
+
+class _Microcontroller(BaseModel):
+    tick_hz: int = Field(gt=0)
+
+
+class _Sampling(BaseModel):
+    rate_hz: _Limits
+
+
+class _Filter(BaseModel):
+    order: int = Field(gt=0)
+    dead_cycles: int = Field(ge=0)
+    fs: _Limits
+
+
+class _Setup(BaseModel):
+    bipolar: bool
+    pga: int = Field(gt=0)
+    reference: Literal["refin1", "internal"]
+
+
+class _Adc(BaseModel):
+    master_clock_hz: int = Field(gt=0)
+    internal_reference_volts: float = Field(gt=0)
+    refin1_per_excitation: float = Field(gt=0)
+    filter: _Filter
+    setups: dict[str, _Setup]
+
+
+class _Input(BaseModel):
+    name: str
+    negative: str
+    setup: str
+    gain: float
+    output_reference_volts: float
+    pole_hz: float = Field(gt=0)
+
+
+class _Wire(BaseModel):
+    baud: int = Field(gt=0)
+    maximum_payload: int = Field(gt=0, le=252)
+    response_bit: int
+
+
+class _Frame(BaseModel):
+    type: int = Field(ge=0, le=255)
+    fields: list[tuple[str, str]]
+
+
+class _Command(BaseModel):
+    type: int = Field(ge=0, le=255)
+    arguments: list[tuple[str, str]]
+    response: list[tuple[str, str]]
+
+
+class BoardDescription(BaseModel):
+    """The contents of board.yaml; read it with `load_description`."""
+
+    protocol: int
+    """Number under which framing and `identify` never change."""
+    microcontroller: _Microcontroller
+    sampling: _Sampling
+    adc: _Adc
+    channels: list[_Input] = Field(min_length=1, max_length=8)
+    wire: _Wire
+    status: dict[str, int]
+    board_state: dict[str, int]
+    data_flags: dict[str, int]
+    reset_cause: dict[str, int]
+    stream: dict[str, _Frame]
+    commands: dict[str, _Command]
+
+    _hash: int = PrivateAttr(default=0)
+
+    @property
+    def schema_hash(self) -> int:
+        """Hash of the whole file's meaning, as the firmware reports it."""
+        return self._hash
+
+    @property
+    def channel_names(self) -> list[str]:
+        """Channels in the order of the scan."""
+        return [channel.name for channel in self.channels]
+
+    @property
+    def all_valid(self) -> int:
+        """`valid_mask` of a scan without an error."""
+        return (1 << len(self.channels)) - 1
+
+    def adc_channel(self, name: str, excitation_volts: float) -> Channel:
+        """Front end and ADC of one channel, for converting its codes.
+
+        excitation_volts: the nominal excitation, from which a ratiometric reference derives.
+        """
+        channel = self.channels[self.channel_names.index(name)]
+        setup = self.adc.setups[channel.setup]
+        references = {
+            "refin1": excitation_volts * self.adc.refin1_per_excitation,
+            "internal": self.adc.internal_reference_volts,
+        }
+        # Measured against its own output reference, an amplifier's output has no offset
+        against_ground = channel.negative == "AVSS"
+        return Channel(
+            gain=channel.gain,
+            offset=channel.output_reference_volts if against_ground else 0.0,
+            reference_volts=references[setup.reference],
+            bipolar=setup.bipolar,
+            pga=float(setup.pga),
+        )
+
+    def channel_delays_ns(self, filter_fs: int) -> list[int]:
+        """Instant of each channel's sample after the scan's tick, ns.
+
+        Channel i is converted from i T to (i+1) T and weighs that span evenly about its middle;
+        the single pole before it delays slow signals by its time constant 1/(2 pi f):
+        delay = (i + 1/2) T - 1/(2 pi f), with T = (order 32 fs + dead cycles) / f_master.
+        """
+        cycles = self.adc.filter.order * 32 * filter_fs + self.adc.filter.dead_cycles
+        conversion_s = cycles / self.adc.master_clock_hz
+        return [
+            round(1e9 * ((i + 0.5) * conversion_s - 1.0 / (2.0 * math.pi * channel.pole_hz)))
+            for i, channel in enumerate(self.channels)
+        ]
+
+
+def installed_description() -> Path:
+    """Where the installed package keeps board.yaml."""
+    return Path(get_package_share_directory("towtank_daq")) / "protocol" / "board.yaml"
+
+
+def load_description(path: Path | str) -> BoardDescription:
+    """Read and check board.yaml. Raises DescriptionError, OSError."""
+    document = load_board(path)
+    try:
+        description = BoardDescription.model_validate(document)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise DescriptionError(f"{path}: {where}: {first['msg']}") from error
+    description._hash = schema_hash(document)
+    return description

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shaft position and velocity from quadrature counts.
+
+The position is the count itself, times its step: no filter, no delay, off by at most one step.
+
+The velocity comes from a parabola laid by least squares through the positions of the last
+`window_s` seconds, by its slope at the youngest one. A parabola's end slope has no delay for
+constant acceleration; a jerk j leaves an error of j T^2 / 10. A crank and a carriage turn evenly,
+so little else is asked of it. Quantisation to a step q passes into it as noise of standard
+deviation (q / sqrt(12)) sqrt(192 / n) / T, with n positions in the window: 4.4 q a second at
+100 Hz and T = 0.2 s. Real instants are used, so lost scans and uneven stamps do no harm.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+WINDOW_S = 0.2
+
+
+class VelocityFilter:
+    """Slope at the youngest of the positions in a sliding window of time."""
+
+    def __init__(self, window_s: float = WINDOW_S) -> None:
+        self._window_ns = round(1e9 * window_s)
+        self._samples: deque[tuple[int, float]] = deque()
+
+    def update(self, stamp_ns: int, position: float) -> float:
+        """Velocity after one more position, position units per second; stamps must increase."""
+        samples = self._samples
+        samples.append((stamp_ns, position))
+        while stamp_ns - samples[0][0] > self._window_ns:
+            samples.popleft()
+        return self._end_slope()
+
+    def reset(self) -> None:
+        """Forget all positions, as after they were given a new origin."""
+        self._samples.clear()
+
+    def _end_slope(self) -> float:
+        """Slope at the end of the least-squares parabola; the chord's with only two samples."""
+        count = len(self._samples)
+        if count < 3:
+            return self._chord()
+        # Normal equations about the means: with u = t - mean(t), v = u^2 - mean(u^2), the fit
+        # p = a + b u + c v needs only a 2 x 2 system
+        last_ns, last = self._samples[-1]
+        times = [(stamp - last_ns) * 1e-9 for stamp, _ in self._samples]
+        mean_t = sum(times) / count
+        mean_p = sum(p - last for _, p in self._samples) / count
+        u = [t - mean_t for t in times]
+        mean_uu = sum(x * x for x in u) / count
+        suv = svv = sup = svp = 0.0
+        for x, (_, position) in zip(u, self._samples, strict=True):
+            v = x * x - mean_uu
+            p = position - last - mean_p
+            suv += x * v
+            svv += v * v
+            sup += x * p
+            svp += v * p
+        suu = count * mean_uu
+        det = suu * svv - suv * suv
+        b = (sup * svv - svp * suv) / det
+        c = (svp * suu - sup * suv) / det
+        return b + 2.0 * c * u[-1]
+
+    def _chord(self) -> float:
+        if len(self._samples) < 2:
+            return 0.0
+        (start_ns, start), (end_ns, end) = self._samples
+        return (end - start) / ((end_ns - start_ns) * 1e-9)
+
+
+class Encoder:
+    """One shaft: counts to position and velocity.
+
+    step: position per count, with the sign of the encoder's direction (rad or m per count).
+    """
+
+    def __init__(self, step: float, window_s: float = WINDOW_S) -> None:
+        self._step = step
+        self._origin: int | None = None
+        self._velocity = VelocityFilter(window_s)
+
+    def zero(self) -> None:
+        """Make the next count the origin."""
+        self._origin = None
+        self._velocity.reset()
+
+    def update(self, stamp_ns: int, count: int) -> tuple[float, float]:
+        """Position since the origin and velocity; the first count is the origin."""
+        if self._origin is None:
+            self._origin = count
+        position = self._step * (count - self._origin)
+        return position, self._velocity.update(stamp_ns, position)

@@ -1,0 +1,1 @@
+../../../../firmware/protocol/schema_hash.py
