@@ -5,7 +5,6 @@ import math
 from pathlib import Path
 
 import pytest
-
 from towtank_rig import load_rig
 
 RIGS = Path(__file__).resolve().parents[4] / "hardware" / "rigs"

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From ADC codes to engineering values and back.
+
+Codes → volts at the sensor's terminals → pressure → depth; volts → specific force → pitch and roll;
+encoder counts → crank angle and carriage position. Each conversion has its inverse, with which the
+virtual bench makes the terminals' volts. All functions take scalars or arrays of any shape.
+
+A rig's calibration takes the place of the data sheet's figures where the rig has one.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from towtank_rig.instruments import Mounting, PressureSensorName
+from towtank_rig.schema import Rig, Water
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Analog front end and ADC of one channel: input = gain·(volts at the terminals) + offset.
+
+    Attributes:
+        gain: Volts between the ADC's inputs per volt at the terminals.
+        offset: Volts between the ADC's inputs at zero volts at the terminals.
+        reference_volts: The ADC's reference. If it derives from the excitation (ratiometric), the
+            value at the nominal excitation; volts then are those at the nominal excitation, too,
+            whatever the true one is.
+        bipolar: Codes are ``2^(bits−1)·(V·pga/reference + 1)`` if bipolar, else ``2^bits·V·pga/
+            reference`` (AD7124-8 data sheet).
+        pga: Gain inside the ADC.
+        bits: Width of the code.
+    """
+
+    gain: float
+    offset: float
+    reference_volts: float
+    bipolar: bool
+    pga: float = 1.0
+    bits: int = 24
+
+    @property
+    def _codes_per_volt(self) -> float:
+        return 2.0 ** (self.bits - self.bipolar) * self.pga / self.reference_volts
+
+    @property
+    def _zero_code(self) -> float:
+        return 2.0 ** (self.bits - 1) if self.bipolar else 0.0
+
+    @property
+    def resolution(self) -> float:
+        """Return the volts at the terminals of one code step."""
+        return 1.0 / (self._codes_per_volt * self.gain)
+
+    def volts(self, codes: ArrayLike) -> Array:
+        """Return the volts at the terminals."""
+        at_input = (np.asarray(codes, dtype=float) - self._zero_code) / self._codes_per_volt
+        return (at_input - self.offset) / self.gain
+
+    def codes(self, volts: ArrayLike) -> NDArray[np.int64]:
+        """Return the code of volts at the terminals, saturated at the ends of the scale."""
+        at_input = self.gain * np.asarray(volts, dtype=float) + self.offset
+        codes = np.floor(at_input * self._codes_per_volt + self._zero_code + 0.5)
+        return np.clip(codes, 0, 2**self.bits - 1).astype(np.int64)
+
+    def saturated(self, codes: ArrayLike) -> NDArray[np.bool_]:
+        """Return where a code lies at an end of the scale and so is no measurement."""
+        codes = np.asarray(codes)
+        return (codes <= 0) | (codes >= 2**self.bits - 1)
+
+
+def calibrated_channel(rig: Rig, sensor: PressureSensorName, nominal: Channel) -> Channel:
+    """Return a pressure sensor's channel, with the calibrated amplifier gain if there is one."""
+    calibration = getattr(rig.calibrations, sensor)
+    if calibration is None or calibration.afe_gain is None:
+        return nominal
+    return replace(nominal, gain=calibration.afe_gain.value)
+
+
+@dataclass(frozen=True)
+class PressureConversion:
+    """Gauge pressure of a ratiometric bridge.
+
+    volts = excitation/reference_excitation · (offset + span · pressure/full_scale)
+
+    Attributes:
+        span: Volts from zero to full scale at the reference excitation.
+        offset: Volts at zero pressure, at the reference excitation.
+        full_scale: Pa.
+        reference_excitation: V.
+        excitation: The board's nominal excitation, V.
+    """
+
+    span: float
+    offset: float
+    full_scale: float
+    reference_excitation: float
+    excitation: float
+
+    def pressure(self, volts: ArrayLike) -> Array:
+        """Return Pa from volts at the terminals, given as at the nominal excitation."""
+        at_reference = np.asarray(volts, dtype=float) * self.reference_excitation / self.excitation
+        return (at_reference - self.offset) * (self.full_scale / self.span)
+
+    def volts(self, pressure: ArrayLike) -> Array:
+        """Return volts at the terminals at the nominal excitation, from Pa."""
+        at_reference = self.offset + np.asarray(pressure, dtype=float) * (
+            self.span / self.full_scale
+        )
+        return at_reference * self.excitation / self.reference_excitation
+
+
+def pressure_conversion(rig: Rig, sensor: PressureSensorName) -> PressureConversion:
+    """Return the conversion of one pressure sensor."""
+    given = getattr(rig.sensors, sensor)
+    line = getattr(rig.calibrations, sensor) or given
+    return PressureConversion(
+        span=line.span.value,
+        offset=line.offset.value,
+        full_scale=given.full_scale.value,
+        reference_excitation=given.reference_excitation.value,
+        excitation=rig.board.excitation.value,
+    )
+
+
+def depth_from_pressure(pressure: ArrayLike, water: Water) -> Array:
+    """Return the depth in m, downwards from still water, of a gauge pressure in Pa."""
+    return np.asarray(pressure, dtype=float) / (water.density.value * water.gravity.value)
+
+
+def pressure_from_depth(depth: ArrayLike, water: Water) -> Array:
+    """Return the hydrostatic gauge pressure in Pa at a depth in m; above water it is zero."""
+    hydrostatic = np.asarray(depth, dtype=float) * (water.density.value * water.gravity.value)
+    return np.maximum(hydrostatic, 0.0)
+
+
+def flow_pressure(flow_coefficient: ArrayLike, speed: ArrayLike, water: Water) -> Array:
+    """Return Cp·½ρU², the Pa by which flow at ``speed`` (m/s) shifts the reading of a port."""
+    head = 0.5 * water.density.value * np.square(np.asarray(speed, dtype=float))
+    return np.asarray(flow_coefficient, dtype=float) * head
+
+
+def mounting_rotation(mounting: Mounting) -> Array:
+    """Return the 3×3 matrix Rz(yaw)·Ry(pitch)·Rx(roll) that turns sensor axes to fish axes."""
+    return rotation(mounting.roll.value, mounting.pitch.value, mounting.yaw.value)
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Array:
+    """Return the 3×3 matrix Rz(yaw)·Ry(pitch)·Rx(roll), angles in rad (REP-103)."""
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class AccelerometerConversion:
+    """Specific force from three analog outputs; sensor axis volts = zero_g + sensitivity·force.
+
+    Attributes:
+        zero_g: Volts of each axis at zero specific force, shape (3,).
+        sensitivity: V/(m/s²) of each axis, shape (3,).
+        sensor_to_fish: Rotation matrix, shape (3, 3).
+    """
+
+    zero_g: Array
+    sensitivity: Array
+    sensor_to_fish: Array
+
+    def specific_force(self, volts: ArrayLike) -> Array:
+        """Return specific force in fish axes, m/s², from volts of x, y, z; both of shape (…, 3)."""
+        in_sensor = (np.asarray(volts, dtype=float) - self.zero_g) / self.sensitivity
+        return in_sensor @ self.sensor_to_fish.T
+
+    def volts(self, specific_force: ArrayLike) -> Array:
+        """Return the volts of x, y, z from specific force in fish axes, m/s²; shape (…, 3)."""
+        in_sensor = np.asarray(specific_force, dtype=float) @ self.sensor_to_fish
+        return self.zero_g + self.sensitivity * in_sensor
+
+
+def accelerometer_conversion(rig: Rig) -> AccelerometerConversion:
+    """Return the conversion of the rig's accelerometer."""
+    sensor = rig.sensors.accelerometer
+    calibration = rig.calibrations.accelerometer
+    axes = (calibration.x, calibration.y, calibration.z) if calibration else (sensor,) * 3
+    return AccelerometerConversion(
+        zero_g=np.array([axis.zero_g.value for axis in axes]),
+        sensitivity=np.array([axis.sensitivity.value for axis in axes]),
+        sensor_to_fish=mounting_rotation(sensor.mounting),
+    )
+
+
+def pitch(specific_force: ArrayLike) -> Array:
+    """Return pitch in rad, positive bow down (REP-103), from specific force in fish axes (…, 3).
+
+    The arc tangent of two components does not feel a heave acceleration of a level fish, which only
+    scales gravity; an arc sine of one component over g does. Surge acceleration remains.
+    """
+    force = np.asarray(specific_force, dtype=float)
+    return np.arctan2(-force[..., 0], np.hypot(force[..., 1], force[..., 2]))
+
+
+def roll(specific_force: ArrayLike) -> Array:
+    """Return roll in rad, positive starboard down (REP-103), from specific force (…, 3)."""
+    force = np.asarray(specific_force, dtype=float)
+    return np.arctan2(force[..., 1], force[..., 2])
+
+
+@dataclass(frozen=True)
+class EncoderConversion:
+    """A quadrature encoder: value = counts · per_count, the sign by its direction.
+
+    Attributes:
+        per_count: rad of the crank, or m of the carriage, by which one count moves on.
+        counts_per_revolution: Counts in one turn of the encoder's shaft.
+    """
+
+    per_count: float
+    counts_per_revolution: int
+
+    def value(self, counts: ArrayLike) -> Array:
+        """Return angle (rad) or position (m) of counts after fourfold decoding."""
+        return np.asarray(counts, dtype=float) * self.per_count
+
+    def counts(self, value: ArrayLike) -> NDArray[np.int64]:
+        """Return the count of an encoder that started at zero: the last edge passed."""
+        return np.floor(np.asarray(value, dtype=float) / self.per_count).astype(np.int64)
+
+    def shaft_angle(self, value: ArrayLike) -> Array:
+        """Return the angle in rad by which the encoder's shaft has turned in its counting sense."""
+        counts = np.asarray(value, dtype=float) / self.per_count
+        return counts * (2.0 * math.pi / self.counts_per_revolution)
+
+
+def crank_encoder(rig: Rig) -> EncoderConversion:
+    """Return the conversion of the crank's encoder, counts → rad."""
+    encoder = rig.sensors.crank_encoder
+    per_count = encoder.direction * 2.0 * math.pi / encoder.counts_per_revolution
+    return EncoderConversion(per_count, encoder.counts_per_revolution)
+
+
+def carriage_encoder(rig: Rig) -> EncoderConversion:
+    """Return the conversion of the carriage's encoder, counts → m along the run."""
+    encoder = rig.sensors.carriage_encoder
+    circumference = encoder.wheel_circumference.value
+    per_count = encoder.direction * circumference / encoder.counts_per_revolution
+    return EncoderConversion(per_count, encoder.counts_per_revolution)

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The systematic errors of a rig's sensors, one term each.
+
+Both the uncertainty budget (towtank_rig.uncertainty) and the random sensors of the virtual bench
+(towtank_rig.sensor_errors) read this list, so a stated interval and the errors that it must cover
+cannot drift apart.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from towtank_rig.instruments import PressureSensorName
+from towtank_rig.quantity import Quantity, Tolerance
+from towtank_rig.schema import Rig
+
+PRESSURE_SENSORS: tuple[PressureSensorName, ...] = ("fish_pressure", "depressor_pressure")
+AXES = ("x", "y", "z")
+
+PressureEffect = Literal["gain", "linearity", "zero_offset", "zero_drift", "flow", "water"]
+AccelerometerEffect = Literal["sensitivity", "zero_g", "nonlinearity", "coupling", "rotation"]
+
+
+@dataclass(frozen=True)
+class ErrorTerm:
+    """One systematic error with zero expectation: the product of independent factors.
+
+    Most terms have one factor. A temperature effect has two, an unknown coefficient and an unknown
+    change of temperature; their product has the product of their standard uncertainties.
+
+    Attributes:
+        name: Name of the term, unique within its sensor.
+        effect: How the sensor's reading feels it.
+        factors: The tolerances whose product the error is.
+        unit: Unit of the error.
+        shared: True if both pressure sensors have the same error, not merely the same tolerance.
+    """
+
+    name: str
+    effect: str
+    factors: tuple[Tolerance, ...]
+    unit: str
+    shared: bool = False
+
+    @property
+    def standard_uncertainty(self) -> float:
+        """Return the standard deviation of the error in the term's unit."""
+        return math.prod(factor.standard_uncertainty for factor in self.factors)
+
+    @property
+    def source(self) -> str:
+        """Return where the tolerances come from."""
+        return "; ".join(factor.source for factor in self.factors if factor.source)
+
+
+def pressure_error_terms(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorTerm, ...]:
+    """Return the error terms of one pressure channel, sensor to ADC.
+
+    A calibration in place covers sensor, amplifier and reference: its slope's uncertainty takes
+    the place of theirs.
+    """
+    errors = getattr(rig.sensors, sensor).errors
+    calibration = getattr(rig.calibrations, sensor)
+    if calibration is None:
+        gains = (
+            ErrorTerm("span", "gain", (errors.span,), "1"),
+            # One divider makes the reference of both channels.
+            ErrorTerm("reference ratio", "gain", (errors.reference_ratio,), "1", shared=True),
+            ErrorTerm("amplifier gain", "gain", (errors.amplifier_gain,), "1"),
+        )
+    else:
+        gains = (ErrorTerm("calibrated span", "gain", (calibration.span_error,), "1"),)
+    since_calibration = errors.temperature_since_calibration
+    since_zeroing = errors.temperature_since_zeroing
+    return (
+        *gains,
+        ErrorTerm(
+            "span over temperature", "gain", (errors.span_temperature, since_calibration), "1"
+        ),
+        # A loop that ends below full scale is narrower in proportion.
+        ErrorTerm("hysteresis", "gain", (errors.hysteresis,), "1"),
+        ErrorTerm("linearity", "linearity", (errors.linearity,), "1"),
+        ErrorTerm("offset", "zero_offset", (errors.offset,), "V"),
+        ErrorTerm("amplifier offset", "zero_offset", (errors.amplifier_offset,), "V"),
+        ErrorTerm(
+            "offset over temperature",
+            "zero_drift",
+            (errors.offset_temperature, since_zeroing),
+            "V",
+        ),
+        ErrorTerm(
+            "amplifier offset over temperature",
+            "zero_drift",
+            (errors.amplifier_offset_temperature, since_zeroing),
+            "V",
+        ),
+        ErrorTerm("flow pressure", "flow", (errors.flow_coefficient,), "1"),
+        ErrorTerm("water density", "water", (_relative_limit(rig.water.density),), "1", True),
+        ErrorTerm("gravity", "water", (_relative_limit(rig.water.gravity),), "1", True),
+    )
+
+
+def accelerometer_error_terms(rig: Rig) -> tuple[ErrorTerm, ...]:
+    """Return the error terms of the accelerometer's three axes; the axis ends each name."""
+    errors = rig.sensors.accelerometer.errors
+    calibration = rig.calibrations.accelerometer
+    if calibration is None:
+        sensitivity, zero_g, rotation = errors.sensitivity, errors.zero_g, errors.alignment
+        couplings = tuple(
+            ErrorTerm(f"cross axis {a}{b}", "coupling", (errors.cross_axis,), "1")
+            for a in AXES
+            for b in AXES
+            if a != b
+        )
+    else:  # six positions show coupling and zero; what is left are the calibration's own errors
+        sensitivity, zero_g = calibration.sensitivity_error, calibration.zero_g_error
+        rotation = calibration.alignment_error
+        couplings = ()
+    drift = (errors.zero_g_temperature, errors.temperature_since_calibration)
+    return (
+        *(ErrorTerm(f"sensitivity {a}", "sensitivity", (sensitivity,), "1") for a in AXES),
+        *(ErrorTerm(f"zero g {a}", "zero_g", (zero_g,), "V") for a in AXES),
+        *(ErrorTerm(f"zero g over temperature {a}", "zero_g", drift, "V") for a in AXES),
+        *(
+            ErrorTerm(f"nonlinearity {a}", "nonlinearity", (errors.nonlinearity,), "m/s^2")
+            for a in AXES
+        ),
+        *couplings,
+        *(ErrorTerm(f"alignment about {a}", "rotation", (rotation,), "rad") for a in AXES),
+    )
+
+
+def _relative_limit(quantity: Quantity) -> Tolerance:
+    """Return a quantity's range as a relative tolerance: half its width, anywhere within."""
+    low, high = quantity.range or (quantity.value, quantity.value)
+    half_width = (high - low) / 2.0 / quantity.value
+    return Tolerance(value=half_width, unit="1", basis="derived", source=quantity.source)
