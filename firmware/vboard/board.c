@@ -1,0 +1,432 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The board as it is wired: microcontroller, ADC on the SPI bus, encoders on interrupt pins, host on UART0.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ad7124.h"
+#include "afe.h"
+#include "bench_input.h"
+#include "board_clock.h"
+#include "encoder.h"
+#include "mcu.h"
+#include "serial_line.h"
+#include "spi_master.h"
+#include "vboard.h"
+
+typedef struct encoder_port {
+    vb_board *board;
+    encoder encoder;
+    mcu_pin a, b;
+    double edge_ns;
+    int direction;
+} encoder_port;
+
+struct vb_board {
+    vb_options options;
+    vb_faults faults;
+    board_clock clock;
+    mcu mcu;
+    serial_line serial;
+    spi_master spi;
+    ad7124 adc;
+    afe afe;
+    bench_input bench;
+    encoder_port encoders[ENCODER_COUNT];
+    mcu_pin dout, ready;  // two pins on one wire
+    random_source spi_fault_source;
+    bool read_began;  // the byte before opened an ADC read transaction
+    uint64_t spi_errors_injected;
+    uint64_t frames, frames_malformed, frames_late;
+    char stop_reason[128];
+};
+
+// Instants less than half a cycle apart are the same: rounding must not postpone a call for ever.
+static const double HALF_CYCLE_NS = 0.5e9 / BOARD_CLOCK_HZ;
+
+static double now(const vb_board *board)
+{
+    return board_clock_ns(&board->clock, board->mcu.avr->cycle);
+}
+
+// Calls at an instant. An earlier appointment of the same callback and parameter is replaced.
+static void call_at(vb_board *board, double ns, avr_cycle_timer_t callback, void *param)
+{
+    avr_t *avr = board->mcu.avr;
+    uint64_t cycle = board_clock_cycle(&board->clock, ns);
+    avr_cycle_timer_register(avr, cycle > avr->cycle ? cycle - avr->cycle : 0, callback, param);
+}
+
+// -------------------------------------------------------------------------------- encoders
+
+static avr_cycle_count_t edge_due(avr_t *avr, avr_cycle_count_t when, void *param);
+
+static void drive_encoder(encoder_port *port)
+{
+    mcu_drive(port->a, encoder_a(&port->encoder));
+    mcu_drive(port->b, encoder_b(&port->encoder));
+}
+
+static void schedule_edge(encoder_port *port)
+{
+    if (encoder_next_edge(&port->encoder, &port->edge_ns, &port->direction))
+        call_at(port->board, port->edge_ns, edge_due, port);
+    else
+        avr_cycle_timer_cancel(port->board->mcu.avr, edge_due, port);
+}
+
+static avr_cycle_count_t edge_due(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)avr;
+    (void)when;
+    encoder_port *port = param;
+    encoder_step(&port->encoder, port->edge_ns, port->direction);
+    drive_encoder(port);
+    schedule_edge(port);
+    return 0;
+}
+
+static void schedule_edges(vb_board *board)
+{
+    for (int i = 0; i < ENCODER_COUNT; i++)
+        schedule_edge(&board->encoders[i]);
+}
+
+// ------------------------------------------------------------------------------------- ADC
+
+static void drive_dout(vb_board *board, bool level)
+{
+    mcu_drive(board->dout, level);
+    mcu_drive(board->ready, level);
+}
+
+static void update_dout(vb_board *board)
+{
+    drive_dout(board, board->faults.adc_silent || ad7124_dout(&board->adc));
+}
+
+static avr_cycle_count_t conversion_due(avr_t *avr, avr_cycle_count_t when, void *param);
+
+static void schedule_conversion(vb_board *board)
+{
+    double ns = ad7124_next_ns(&board->adc);
+    if (isfinite(ns))
+        call_at(board, ns, conversion_due, board);
+}
+
+static avr_cycle_count_t conversion_due(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)avr;
+    (void)when;
+    vb_board *board = param;
+    // SYNC or a register write may have moved the end since this call was arranged.
+    if (ad7124_next_ns(&board->adc) <= now(board) + HALF_CYCLE_NS) {
+        ad7124_finish_conversion(&board->adc);
+        if (!board->faults.adc_silent && ad7124_shows_ready(&board->adc))
+            drive_dout(board, true);  // RDY̅ goes up for a moment before a result that replaces an unread one
+        update_dout(board);
+    }
+    schedule_conversion(board);
+    return 0;
+}
+
+static uint8_t adc_exchange(void *device, uint8_t mosi)
+{
+    vb_board *board = device;
+    if (board->faults.adc_silent)
+        return 0xFF;
+    bool reading = ad7124_reads(&board->adc);
+    uint8_t miso = ad7124_exchange(&board->adc, mosi, now(board));
+    if (reading && board->read_began && board->faults.spi_error_one_in &&
+        random_chance(&board->spi_fault_source, 1.0 / board->faults.spi_error_one_in)) {
+        miso ^= (uint8_t)(1u << (random_u64(&board->spi_fault_source) & 7));
+        board->spi_errors_injected++;
+    }
+    board->read_began = !reading && ad7124_reads(&board->adc);
+    if (reading)  // data bits pass over the wire that also carries RDY̅
+        for (int bit = 7; bit >= 0; bit--)
+            drive_dout(board, miso >> bit & 1);
+    update_dout(board);
+    schedule_conversion(board);
+    return miso;
+}
+
+static void cs_changed(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq;
+    vb_board *board = param;
+    ad7124_select(&board->adc, value);
+    update_dout(board);
+}
+
+static void sync_changed(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq;
+    vb_board *board = param;
+    ad7124_sync(&board->adc, value, now(board));
+    update_dout(board);
+    schedule_conversion(board);
+}
+
+static double adc_difference_volts(void *context, unsigned positive, unsigned negative, double time_ns)
+{
+    return afe_difference_volts(context, positive, negative, time_ns);
+}
+
+static double adc_refin1_volts(void *context, double time_ns)
+{
+    return afe_refin1_volts(context, time_ns);
+}
+
+static void power_adc(vb_board *board)
+{
+    ad7124_inputs inputs = {&board->afe, adc_difference_volts, adc_refin1_volts};
+    ad7124_power_on(&board->adc, &inputs, board->options.adc_clock_ppm, now(board));
+}
+
+// ----------------------------------------------------------------------------------- reset
+
+// avr_reset has wiped all timers and pin registers, and let CS and SYNC float up.
+static void arm_all(void *context)
+{
+    vb_board *board = context;
+    mcu_pin outputs[] = {
+        mcu_input_pin(&board->mcu, BOARD_PIN_ADC_CS_PORT, BOARD_PIN_ADC_CS_BIT),
+        mcu_input_pin(&board->mcu, BOARD_PIN_ADC_SYNC_PORT, BOARD_PIN_ADC_SYNC_BIT),
+    };
+    for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++) {
+        mcu_drive(outputs[i], true);
+        mcu_drive_again(outputs[i]);
+    }
+    mcu_drive_again(board->dout);
+    mcu_drive_again(board->ready);
+    for (int i = 0; i < ENCODER_COUNT; i++) {
+        mcu_drive_again(board->encoders[i].a);
+        mcu_drive_again(board->encoders[i].b);
+    }
+    spi_master_reset(&board->spi);
+    serial_line_reset(&board->serial);
+    schedule_edges(board);
+    schedule_conversion(board);
+}
+
+int vb_reset(vb_board *board, uint8_t cause)
+{
+    switch (cause) {
+    case BOARD_RESET_CAUSE_POWER_ON:
+    case BOARD_RESET_CAUSE_BROWN_OUT:
+        power_adc(board);
+        break;
+    case BOARD_RESET_CAUSE_EXTERNAL:
+    case BOARD_RESET_CAUSE_WATCHDOG:
+        break;
+    default:
+        return -1;
+    }
+    mcu_reset(&board->mcu, cause);
+    update_dout(board);
+    return 0;
+}
+
+// --------------------------------------------------------------------------- open and close
+
+void vb_default_options(vb_options *options)
+{
+    *options = (vb_options){
+        .size = sizeof *options,
+        .crank_counts_per_revolution = 4096,
+        .carriage_counts_per_revolution = 4096,
+        .seed = 1,
+        .noise_volts = BOARD_AFE_NOISE_VOLTS,
+    };
+}
+
+static const char *complaint(const vb_options *options)
+{
+    if (options->size != sizeof *options)
+        return "the caller's vb_options do not match this library; rebuild both";
+    if (options->crank_counts_per_revolution == 0 || options->carriage_counts_per_revolution == 0)
+        return "counts per revolution must be positive";
+    if (!(fabs(options->clock_ppm) <= 1e5) || !(fabs(options->adc_clock_ppm) <= 1e5))
+        return "clock errors must lie within ±100000 ppm";
+    for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
+        if (!(options->noise_volts[i] >= 0.0 && options->noise_volts[i] < 10.0))
+            return "noise must lie within 0 and 10 V";
+    return NULL;
+}
+
+static void wire_encoder(vb_board *board, int which, uint32_t counts, char port, uint8_t bit_a, uint8_t bit_b)
+{
+    encoder_port *encoder = &board->encoders[which];
+    encoder->board = board;
+    encoder_init(&encoder->encoder, &board->bench, which, counts);
+    encoder->a = mcu_input_pin(&board->mcu, port, bit_a);
+    encoder->b = mcu_input_pin(&board->mcu, port, bit_b);
+    drive_encoder(encoder);
+}
+
+vb_board *vb_open(const char *elf_path, const vb_options *options, char *error, size_t error_size)
+{
+    const char *problem = complaint(options);
+    vb_board *board = problem ? NULL : calloc(1, sizeof *board);
+    if (!board) {
+        snprintf(error, error_size, "virtual board: %s", problem ? problem : "out of memory");
+        return NULL;
+    }
+    board->options = *options;
+    board_clock_set_ppm(&board->clock, 0, options->clock_ppm);
+    if (!mcu_open(&board->mcu, elf_path, options->seed, arm_all, board, error, error_size)) {
+        free(board);
+        return NULL;
+    }
+    afe_init(&board->afe, &board->bench, options->noise_volts, options->seed);
+    board->spi_fault_source = random_stream(options->seed, 4);
+    serial_line_open(&board->serial, &board->mcu, &board->faults, options->seed);
+    spi_master_open(&board->spi, &board->mcu, adc_exchange, board);
+    board->dout = mcu_input_pin(&board->mcu, BOARD_PIN_ADC_DOUT_PORT, BOARD_PIN_ADC_DOUT_BIT);
+    board->ready = mcu_input_pin(&board->mcu, BOARD_PIN_ADC_READY_PORT, BOARD_PIN_ADC_READY_BIT);
+    mcu_watch_pin(&board->mcu, BOARD_PIN_ADC_CS_PORT, BOARD_PIN_ADC_CS_BIT, cs_changed, board);
+    mcu_watch_pin(&board->mcu, BOARD_PIN_ADC_SYNC_PORT, BOARD_PIN_ADC_SYNC_BIT, sync_changed, board);
+    wire_encoder(board, ENCODER_CRANK, options->crank_counts_per_revolution, BOARD_PIN_CRANK_A_PORT,
+                 BOARD_PIN_CRANK_A_BIT, BOARD_PIN_CRANK_B_BIT);
+    wire_encoder(board, ENCODER_CARRIAGE, options->carriage_counts_per_revolution, BOARD_PIN_CARRIAGE_A_PORT,
+                 BOARD_PIN_CARRIAGE_A_BIT, BOARD_PIN_CARRIAGE_B_BIT);
+    vb_reset(board, BOARD_RESET_CAUSE_POWER_ON);
+    return board;
+}
+
+void vb_close(vb_board *board)
+{
+    if (!board)
+        return;
+    serial_line_close(&board->serial);
+    bench_input_free(&board->bench);
+    mcu_close(&board->mcu);
+    free(board);
+}
+
+// ----------------------------------------------------------------------------------- bench
+
+static bool is_well_formed(const struct bench_frame *frame)
+{
+    bool finite = isfinite(frame->crank_angle_rad) && isfinite(frame->carriage_angle_rad);
+    for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
+        finite = finite && isfinite(frame->terminal_volts[i]);
+    return finite && frame->magic == BOARD_BENCH_MAGIC;
+}
+
+static void discard_old_samples(vb_board *board)
+{
+    // An idle ADC does not ask for inputs: move the filters along, up to what it may still ask for.
+    afe_advance(&board->afe, fmin(now(board), ad7124_sampling_ns(&board->adc)));
+    uint64_t needed = board->afe.cursor;
+    for (int i = 0; i < ENCODER_COUNT; i++)
+        if (board->encoders[i].encoder.cursor < needed)
+            needed = board->encoders[i].encoder.cursor;
+    bench_input_discard_before(&board->bench, needed);
+}
+
+int vb_push_bench(vb_board *board, const void *bytes, size_t size)
+{
+    struct bench_frame frame;
+    if (size == BENCH_FRAME_SIZE)
+        bench_frame_unpack(&frame, bytes);
+    if (size != BENCH_FRAME_SIZE || !is_well_formed(&frame)) {
+        board->frames_malformed++;
+        return VB_FRAME_MALFORMED;
+    }
+    bench_sample sample = {.time_ns = (double)(frame.time_ns - board->options.start_ns)};
+    memcpy(sample.volts, frame.terminal_volts, sizeof sample.volts);
+    sample.angle_rad[ENCODER_CRANK] = frame.crank_angle_rad;
+    sample.angle_rad[ENCODER_CARRIAGE] = frame.carriage_angle_rad;
+    discard_old_samples(board);
+    if (!bench_input_push(&board->bench, &sample, now(board))) {
+        board->frames_late++;
+        return VB_FRAME_LATE;
+    }
+    board->frames++;
+    schedule_edges(board);
+    return VB_FRAME_ACCEPTED;
+}
+
+void vb_restart_bench(vb_board *board)
+{
+    for (int i = 0; i < ENCODER_COUNT; i++)
+        encoder_restart(&board->encoders[i].encoder);
+    schedule_edges(board);
+}
+
+// ------------------------------------------------------------------------------ run, serial
+
+int vb_run_until(vb_board *board, int64_t time_ns)
+{
+    double ns = (double)(time_ns - board->options.start_ns);
+    if (mcu_run_until(&board->mcu, board_clock_cycle(&board->clock, ns)))
+        return 0;
+    snprintf(board->stop_reason, sizeof board->stop_reason, "the firmware stopped at address 0x%05x after %.6f s (%s)",
+             (unsigned)board->mcu.avr->pc, now(board) * 1e-9,
+             board->mcu.avr->state == cpu_Done ? "asleep with interrupts off" : "invalid instruction or address");
+    return -1;
+}
+
+int64_t vb_now_ns(const vb_board *board)
+{
+    return board->options.start_ns + (int64_t)now(board);
+}
+
+const char *vb_stop_reason(const vb_board *board)
+{
+    return board->stop_reason;
+}
+
+size_t vb_write(vb_board *board, const uint8_t *bytes, size_t count)
+{
+    return serial_line_write(&board->serial, bytes, count);
+}
+
+size_t vb_read(vb_board *board, uint8_t *bytes, size_t capacity)
+{
+    return serial_line_read(&board->serial, bytes, capacity);
+}
+
+// --------------------------------------------------------------------- faults and counters
+
+void vb_set_faults(vb_board *board, const vb_faults *faults)
+{
+    board->faults = *faults;
+    update_dout(board);
+}
+
+void vb_set_clock_ppm(vb_board *board, double clock_ppm)
+{
+    board_clock_set_ppm(&board->clock, board->mcu.avr->cycle, clock_ppm);
+    schedule_edges(board);
+    schedule_conversion(board);
+}
+
+void vb_get_counters(const vb_board *board, vb_counters *counters)
+{
+    const encoder *crank = &board->encoders[ENCODER_CRANK].encoder;
+    const encoder *carriage = &board->encoders[ENCODER_CARRIAGE].encoder;
+    *counters = (vb_counters){
+        .bench_frames = board->frames,
+        .bench_frames_malformed = board->frames_malformed,
+        .bench_frames_late = board->frames_late,
+        .conversions = board->adc.conversions,
+        .conversions_starved = board->afe.starved,
+        .bytes_from_host = board->serial.bytes_from_host,
+        .bytes_to_host = board->serial.bytes_to_host,
+        .resets = board->mcu.resets - 1,
+        .crank_counts = crank->counts,
+        .carriage_counts = carriage->counts,
+        .crank_edges = crank->edges,
+        .carriage_edges = carriage->edges,
+        .spi_misuse = board->spi.misuse + board->adc.short_sync_pulses,
+        .spi_errors_injected = board->spi_errors_injected,
+        .serial_bits_flipped = board->serial.bits_flipped,
+        .serial_bytes_dropped = board->serial.bytes_dropped,
+        .serial_bytes_doubled = board->serial.bytes_doubled,
+    };
+}

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "host_port.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <termios.h>
+#include <unistd.h>
+
+static const char PTY_DIRECTORY[] = "/dev/pts/";
+
+// Where a symbolic link points; empty if it is none.
+static void read_link(const char *path, char *target, size_t size)
+{
+    ssize_t length = readlink(path, target, size - 1);
+    target[length > 0 ? length : 0] = '\0';
+}
+
+static bool may_replace(const char *path)
+{
+    struct stat status;
+    if (lstat(path, &status) != 0)
+        return errno == ENOENT;
+    char target[64];
+    read_link(path, target, sizeof target);
+    return strncmp(target, PTY_DIRECTORY, strlen(PTY_DIRECTORY)) == 0;
+}
+
+static bool make_link(const char *target, const char *path, char *error, size_t error_size)
+{
+    if (!may_replace(path)) {
+        snprintf(error, error_size, "pty link %s exists and is not a link to a pseudo terminal; remove it or name another",
+                 path);
+        return false;
+    }
+    // Made beside it and renamed: a host that polls for the link never finds it missing or half made.
+    char temporary[4096];
+    int length = snprintf(temporary, sizeof temporary, "%s.%ld", path, (long)getpid());
+    if (length >= (int)sizeof temporary)
+        errno = ENAMETOOLONG;
+    else if (symlink(target, temporary) == 0) {
+        if (rename(temporary, path) == 0)
+            return true;
+        int cause = errno;
+        unlink(temporary);
+        errno = cause;
+    }
+    snprintf(error, error_size, "pty link %s: %s", path, strerror(errno));
+    return false;
+}
+
+static bool open_pty(host_port *self)
+{
+    self->master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (self->master < 0 || grantpt(self->master) != 0 || unlockpt(self->master) != 0 ||
+        ptsname_r(self->master, self->name, sizeof self->name) != 0)
+        return false;
+    self->slave = open(self->name, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    struct termios raw;
+    if (self->slave < 0 || tcgetattr(self->slave, &raw) != 0)
+        return false;
+    cfmakeraw(&raw);
+    return tcsetattr(self->slave, TCSANOW, &raw) == 0;
+}
+
+bool host_port_open(host_port *self, const char *link, char *error, size_t error_size)
+{
+    *self = (host_port){.master = -1, .slave = -1};
+    bool ok = open_pty(self);
+    if (!ok)
+        snprintf(error, error_size, "pseudo terminal: %s", strerror(errno));
+    else if (link)
+        ok = make_link(self->name, link, error, error_size);
+    if (!ok) {
+        host_port_close(self);
+        return false;
+    }
+    self->link = link;
+    return true;
+}
+
+void host_port_close(host_port *self)
+{
+    if (self->link) {
+        char target[64];
+        read_link(self->link, target, sizeof target);
+        if (strcmp(target, self->name) == 0)
+            unlink(self->link);
+    }
+    if (self->slave >= 0)
+        close(self->slave);
+    if (self->master >= 0)
+        close(self->master);
+}

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mcu.h"
+
+#include <simavr/avr_eeprom.h>
+#include <simavr/avr_timer.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "board_protocol.h"
+#include "elf_image.h"
+
+// Cycles that the core may run before it looks at its timers again; they still fire in time, because arming
+// one shortens the run. It almost doubles the speed.
+static const avr_cycle_count_t RUN_CYCLE_LIMIT = 1000;
+
+static void no_sleep(avr_t *avr, avr_cycle_count_t cycles)
+{
+    // Pacing is the caller's; the core has already jumped over the cycles slept.
+    (void)avr;
+    (void)cycles;
+}
+
+avr_io_t *mcu_module(const mcu *self, const char *kind)
+{
+    for (avr_io_t *module = self->avr->io_port; module; module = module->next)
+        if (strcmp(module->kind, kind) == 0)
+            return module;
+    return NULL;
+}
+
+avr_ioport_t *mcu_port(const mcu *self, char name)
+{
+    for (avr_io_t *module = self->avr->io_port; module; module = module->next)
+        if (strcmp(module->kind, "port") == 0 && ((avr_ioport_t *)module)->name == name)
+            return (avr_ioport_t *)module;
+    return NULL;
+}
+
+// ------------------------------------------------------------------------- interrupt flags
+
+// The instruction being executed is SBI, which touches its one bit only.
+static bool executes_sbi(const avr_t *avr)
+{
+    return avr->flash[avr->pc + 1] == 0x9A;
+}
+
+// EIFR and TIFRn: writing a one clears that flag and no other. (simavr stores to EIFR, and clears every flag
+// of a timer on any write to its TIFR.)
+static void write_flags(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    (void)param;
+    if (executes_sbi(avr))  // simavr has or-ed in the flags that were set before
+        value = (uint8_t)(1u << (avr->flash[avr->pc] & 7));
+    avr_int_table_p table = &avr->interrupts;
+    for (int i = 0; i < table->vector_count; i++) {
+        avr_int_vector_t *vector = table->vector[i];
+        if (vector->raised.reg == address && value >> vector->raised.bit & 1) {
+            avr_clear_interrupt(avr, vector);
+            avr_regbit_clear(avr, vector->raised);
+        }
+    }
+}
+
+// EIMSK and TIMSKn: an interrupt whose flag is already set comes as soon as it is enabled.
+static void write_mask(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    (void)param;
+    avr_core_watch_write(avr, address, value);
+    avr_int_table_p table = &avr->interrupts;
+    for (int i = 0; i < table->vector_count; i++) {
+        avr_int_vector_t *vector = table->vector[i];
+        if (vector->enable.reg == address && value >> vector->enable.bit & 1 &&
+            avr_regbit_get(avr, vector->raised))
+            avr_raise_interrupt(avr, vector);
+    }
+}
+
+static void mend_interrupt_flags(avr_t *avr, const avr_int_vector_t *vector)
+{
+    // Set directly: avr_register_io_write would call simavr's handler as well.
+    avr->io[AVR_DATA_TO_IO(vector->raised.reg)].w.c = write_flags;
+    avr->io[AVR_DATA_TO_IO(vector->enable.reg)].w.c = write_mask;
+}
+
+// ---------------------------------------------------------------------------------- reset
+
+// MCUSR: software can clear its flags, not set them.
+static void write_reset_flags(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    mcu *self = param;
+    self->reset_flags &= value;
+    avr_core_watch_write(avr, address, self->reset_flags);
+}
+
+static void after_reset(avr_io_t *hook)
+{
+    mcu *self = (mcu *)((char *)hook - offsetof(mcu, reset_hook));
+    avr_t *avr = self->avr;
+    self->resets++;
+    // avr_reset has wiped the registers (the RAM stays) and set only the flag of a watchdog reset.
+    uint16_t mcusr = avr->reset_flags.porf.reg;
+    self->reset_flags |= avr->data[mcusr];
+    avr->data[mcusr] = self->reset_flags;
+    avr->run_cycle_limit = RUN_CYCLE_LIMIT;
+    // Level-triggered interrupts of a low pin would be polled on every cycle from the start.
+    for (uint8_t i = 0; i < EXTINT_COUNT; i++)
+        avr_extint_set_strict_lvl_trig(avr, i, 0);
+    self->on_reset(self->context);
+}
+
+static void scramble_ram(mcu *self)
+{
+    for (unsigned i = self->avr->ioend + 1u; i <= self->avr->ramend; i++)
+        self->avr->data[i] = (uint8_t)random_u64(&self->ram_noise);
+}
+
+void mcu_reset(mcu *self, uint8_t cause)
+{
+    if (cause == BOARD_RESET_CAUSE_POWER_ON) {
+        scramble_ram(self);
+        self->reset_flags = 0;
+    }
+    if (cause == BOARD_RESET_CAUSE_WATCHDOG) {  // as simavr's watchdog does, for what it sets besides the flag
+        self->watchdog->reset_context.avr_run = self->avr->run;
+        self->watchdog->reset_context.wdrf = 1;
+    } else {
+        self->reset_flags |= cause;
+    }
+    avr_reset(self->avr);
+}
+
+// --------------------------------------------------------------------------- open and close
+
+bool mcu_open(mcu *self, const char *elf_path, uint64_t seed, void (*on_reset)(void *), void *context, char *error,
+              size_t error_size)
+{
+    *self = (mcu){.on_reset = on_reset, .context = context, .ram_noise = random_stream(seed, 2)};
+    avr_t *avr = self->avr = avr_make_mcu_by_name("atmega2560");
+    if (!avr) {
+        snprintf(error, error_size, "libsimavr has no ATmega2560; install libsimavr 1.6");
+        return false;
+    }
+    avr_init(avr);
+    avr->frequency = BOARD_CLOCK_HZ;
+    avr->sleep = no_sleep;
+    self->external_interrupts = (avr_extint_t *)mcu_module(self, "extint");
+    self->watchdog = (avr_watchdog_t *)mcu_module(self, "watchdog");
+
+    avr_eeprom_desc_t eeprom = {.offset = 0, .size = (uint32_t)avr->e2end + 1};
+    avr_ioctl(avr, AVR_IOCTL_EEPROM_GET, &eeprom);
+    if (!elf_image_load(elf_path, avr->flash, avr->flashend + 1, eeprom.ee, eeprom.size, error, error_size)) {
+        mcu_close(self);
+        return false;
+    }
+
+    mend_interrupt_flags(avr, &self->external_interrupts->eint[0].vector);
+    for (avr_io_t *module = avr->io_port; module; module = module->next)
+        if (strcmp(module->kind, "timer") == 0)
+            mend_interrupt_flags(avr, &((avr_timer_t *)module)->overflow);
+    avr_register_io_write(avr, avr->reset_flags.porf.reg, write_reset_flags, self);
+
+    // At the end of the chain, unlike avr_register_io: behind the modules' own resets.
+    self->reset_hook = (avr_io_t){.kind = "virtual board", .avr = avr, .reset = after_reset};
+    avr_io_t *last = avr->io_port;
+    while (last->next)
+        last = last->next;
+    last->next = &self->reset_hook;
+    return true;
+}
+
+void mcu_close(mcu *self)
+{
+    if (!self->avr)
+        return;
+    avr_terminate(self->avr);
+    free(self->avr);
+    self->avr = NULL;
+}
+
+static avr_cycle_count_t stop_here(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)avr;
+    (void)when;
+    (void)param;
+    return 0;
+}
+
+bool mcu_run_until(mcu *self, uint64_t cycle)
+{
+    avr_t *avr = self->avr;
+    if (avr->cycle < cycle)  // a sleeping core jumps from timer to timer: this one bounds the jump
+        avr_cycle_timer_register(avr, cycle - avr->cycle, stop_here, self);
+    while (avr->cycle < cycle) {
+        int state = avr_run(avr);
+        if (state == cpu_Done || state == cpu_Crashed || state == cpu_Stopped)
+            return false;
+    }
+    return true;
+}
+
+// ----------------------------------------------------------------------------------- pins
+
+mcu_pin mcu_input_pin(const mcu *self, char port, uint8_t bit)
+{
+    mcu_pin pin = {mcu_port(self, port), bit};
+    pin.port->external.pull_mask |= (uint8_t)(1u << bit);
+    return pin;
+}
+
+void mcu_drive(mcu_pin pin, bool level)
+{
+    // simavr puts a pulled-up or "external" level on the pin again at every write to the port: keep it true.
+    uint8_t mask = (uint8_t)(1u << pin.bit);
+    pin.port->external.pull_value =
+        (uint8_t)(level ? pin.port->external.pull_value | mask : pin.port->external.pull_value & ~mask);
+    avr_raise_irq(pin.port->io.irq + pin.bit, level);
+}
+
+void mcu_drive_again(mcu_pin pin)
+{
+    avr_irq_t *irq = pin.port->io.irq + pin.bit;
+    irq->flags |= IRQ_FLAG_INIT;  // pass the filter of unchanged levels
+    avr_raise_irq(irq, irq->value);
+}
+
+void mcu_watch_pin(const mcu *self, char port, uint8_t bit, avr_irq_notify_t changed, void *context)
+{
+    mcu_pin pin = mcu_input_pin(self, port, bit);
+    mcu_drive(pin, true);
+    avr_irq_register_notify(pin.port->io.irq + bit, changed, context);
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The virtual board's interface: the firmware binary in an emulated ATmega2560, with an AD7124-8 on
+// its SPI bus, two quadrature encoders on its pins and a host on its UART.
+//
+// A board has no clock of its own: vb_run_until() runs it up to an instant. All times are int64
+// nanoseconds on the caller's scale; the board starts at options.start_ns. One thread per board.
+#ifndef VBOARD_H
+#define VBOARD_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "board_protocol.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define VB_API __attribute__((visibility("default")))
+
+typedef struct vb_board vb_board;
+
+typedef struct vb_options {
+    uint32_t size;                            // sizeof(vb_options): a caller built for another layout is refused
+    uint32_t crank_counts_per_revolution;     // after ×4 decoding
+    uint32_t carriage_counts_per_revolution;  // after ×4 decoding
+    uint32_t unused;
+    int64_t start_ns;                         // the board's power-on on the caller's time scale
+    uint64_t seed;                            // of noise, faults and the RAM's content at power-on
+    double clock_ppm;                         // the board's crystal runs this much fast
+    double adc_clock_ppm;                     // the ADC's internal oscillator runs this much fast
+    double noise_volts[BOARD_CHANNEL_COUNT];  // standard deviation of one conversion, at the ADC input
+} vb_options;
+
+// Faults are off when zero. Rates are probabilities.
+typedef struct vb_faults {
+    uint32_t spi_error_one_in;       // one ADC read transaction in this many has a bit flipped
+    uint32_t adc_silent;             // not 0: the ADC neither answers nor converts
+    double serial_bit_error_rate;    // per data bit, both directions
+    double serial_byte_drop_rate;    // per byte, both directions; 1 = cable pulled
+    double serial_byte_double_rate;  // per byte, both directions
+} vb_faults;
+
+typedef struct vb_counters {
+    uint64_t bench_frames;            // accepted
+    uint64_t bench_frames_malformed;  // wrong size, magic or numbers that are not finite
+    uint64_t bench_frames_late;       // for an instant that the board or an earlier frame has passed
+    uint64_t conversions;             // of the ADC, all channels
+    uint64_t conversions_starved;     // of bench inputs, outside the frames received until then
+    uint64_t bytes_from_host;
+    uint64_t bytes_to_host;
+    uint64_t resets;                  // after the first power-on
+    int64_t crank_counts;             // net edges put on the pins since power-on
+    int64_t carriage_counts;
+    uint64_t crank_edges;
+    uint64_t carriage_edges;
+    uint64_t spi_misuse;              // bytes in a wrong SPI mode, too fast, or SYNC pulses too short
+    uint64_t spi_errors_injected;
+    uint64_t serial_bits_flipped;
+    uint64_t serial_bytes_dropped;
+    uint64_t serial_bytes_doubled;
+} vb_counters;
+
+enum { VB_FRAME_ACCEPTED = 0, VB_FRAME_LATE = 1, VB_FRAME_MALFORMED = 2 };
+
+// Nominal values from board.yaml: noise on, seed 1, clocks exact, 4096 counts per revolution.
+VB_API void vb_default_options(vb_options *options);
+
+// Powers a board on with the firmware of an ELF file. NULL on failure, with one line in `error`.
+VB_API vb_board *vb_open(const char *elf_path, const vb_options *options, char *error, size_t error_size);
+VB_API void vb_close(vb_board *board);
+
+// Takes one bench frame (the layout of board.yaml). The terminals see straight lines between frames.
+// Returns one of VB_FRAME_…; frames that are not accepted change nothing but a counter.
+VB_API int vb_push_bench(vb_board *board, const void *frame, size_t size);
+
+// Another bench takes over: its first frame moves no encoder.
+VB_API void vb_restart_bench(vb_board *board);
+
+// Runs the board up to an instant. -1 if the firmware has stopped for good (see vb_stop_reason).
+VB_API int vb_run_until(vb_board *board, int64_t time_ns);
+VB_API int64_t vb_now_ns(const vb_board *board);
+VB_API const char *vb_stop_reason(const vb_board *board);
+
+// The serial line. Bytes written go out at once after another at 250 kbaud; bytes read have left the board.
+VB_API size_t vb_write(vb_board *board, const uint8_t *bytes, size_t count);
+VB_API size_t vb_read(vb_board *board, uint8_t *bytes, size_t capacity);
+
+// Resets for one of BOARD_RESET_CAUSE_…; the ADC loses its power with POWER_ON and BROWN_OUT.
+// -1 for another cause.
+VB_API int vb_reset(vb_board *board, uint8_t cause);
+VB_API void vb_set_faults(vb_board *board, const vb_faults *faults);
+VB_API void vb_set_clock_ppm(vb_board *board, double clock_ppm);
+VB_API void vb_get_counters(const vb_board *board, vb_counters *counters);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

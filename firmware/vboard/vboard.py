@@ -1,0 +1,312 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The virtual board as a Python object: the real firmware in an emulated microcontroller, without a clock.
+
+Time is what the caller makes it: `run_until` emulates up to an instant, in nanoseconds since power-on,
+as fast as the machine can. The same inputs give the same bytes.
+
+    with VirtualBoard("build/firmware/towtank_board.elf", seed=3) as board:
+        board.push_bench(BenchFrame(10_000_000, (0.02, 0.02, 1.65, 1.65, 2.31, 10.0), 0.0, 0.0))
+        board.run_until(10_000_000)
+        board.read()
+"""
+
+from __future__ import annotations
+
+import ctypes
+import enum
+import math
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+LIBRARY = Path(__file__).resolve().parents[2] / "build/firmware/vboard/libtowtank_vboard.so"
+
+CHANNEL_COUNT = 6
+BENCH_MAGIC = 0x31425754
+_BENCH_LAYOUT = struct.Struct("<IIq8d")
+
+
+class VirtualBoardError(RuntimeError):
+    """The board cannot start, or its firmware has stopped for good."""
+
+
+class ResetCause(enum.IntEnum):
+    """Bits of the microcontroller's MCUSR, as the board reports them."""
+
+    POWER_ON = 0x01
+    EXTERNAL = 0x02
+    BROWN_OUT = 0x04
+    WATCHDOG = 0x08
+
+
+class FrameResult(enum.IntEnum):
+    """What became of a bench frame."""
+
+    ACCEPTED = 0
+    LATE = 1  # for an instant that the board or an earlier frame has passed
+    MALFORMED = 2  # wrong size or magic, or a number that is not finite
+
+
+@dataclass(frozen=True)
+class BenchFrame:
+    """What the board's terminals see at one instant; straight lines join the frames.
+
+    time_ns: nanoseconds since power-on.
+    terminal_volts: six voltages in channel order, before the analog front end: two bridges
+        (differential), three accelerometer outputs, the excitation.
+    crank_angle_rad, carriage_angle_rad: encoder shaft angles in radians, unbounded.
+    """
+
+    time_ns: int
+    terminal_volts: Sequence[float]
+    crank_angle_rad: float
+    carriage_angle_rad: float
+    sequence: int = 0
+
+    def pack(self) -> bytes:
+        """The frame's 80 bytes as they pass over the bench socket."""
+        if len(self.terminal_volts) != CHANNEL_COUNT:
+            raise ValueError(f"{len(self.terminal_volts)} terminal voltages; give {CHANNEL_COUNT}")
+        return _BENCH_LAYOUT.pack(
+            BENCH_MAGIC,
+            self.sequence & 0xFFFFFFFF,
+            self.time_ns,
+            *self.terminal_volts,
+            self.crank_angle_rad,
+            self.carriage_angle_rad,
+        )
+
+
+class _Structure(ctypes.Structure):
+    def as_dict(self) -> dict[str, int]:
+        return {name: getattr(self, name) for name, *_ in self._fields_}
+
+
+class _Options(_Structure):
+    _fields_ = (
+        ("size", ctypes.c_uint32),
+        ("crank_counts_per_revolution", ctypes.c_uint32),
+        ("carriage_counts_per_revolution", ctypes.c_uint32),
+        ("unused", ctypes.c_uint32),
+        ("start_ns", ctypes.c_int64),
+        ("seed", ctypes.c_uint64),
+        ("clock_ppm", ctypes.c_double),
+        ("adc_clock_ppm", ctypes.c_double),
+        ("noise_volts", ctypes.c_double * CHANNEL_COUNT),
+    )
+
+
+class _Faults(_Structure):
+    _fields_ = (
+        ("spi_error_one_in", ctypes.c_uint32),
+        ("adc_silent", ctypes.c_uint32),
+        ("serial_bit_error_rate", ctypes.c_double),
+        ("serial_byte_drop_rate", ctypes.c_double),
+        ("serial_byte_double_rate", ctypes.c_double),
+    )
+
+
+class _Counters(_Structure):
+    _fields_ = (
+        ("bench_frames", ctypes.c_uint64),
+        ("bench_frames_malformed", ctypes.c_uint64),
+        ("bench_frames_late", ctypes.c_uint64),
+        ("conversions", ctypes.c_uint64),
+        ("conversions_starved", ctypes.c_uint64),
+        ("bytes_from_host", ctypes.c_uint64),
+        ("bytes_to_host", ctypes.c_uint64),
+        ("resets", ctypes.c_uint64),
+        ("crank_counts", ctypes.c_int64),
+        ("carriage_counts", ctypes.c_int64),
+        ("crank_edges", ctypes.c_uint64),
+        ("carriage_edges", ctypes.c_uint64),
+        ("spi_misuse", ctypes.c_uint64),
+        ("spi_errors_injected", ctypes.c_uint64),
+        ("serial_bits_flipped", ctypes.c_uint64),
+        ("serial_bytes_dropped", ctypes.c_uint64),
+        ("serial_bytes_doubled", ctypes.c_uint64),
+    )
+
+
+def _load(path: Path) -> ctypes.CDLL:
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise VirtualBoardError(f"{error}; build it with make -C firmware") from error
+    board = ctypes.c_void_p
+    signatures: dict[str, tuple[object, list[object]]] = {
+        "vb_default_options": (None, [ctypes.POINTER(_Options)]),
+        "vb_open": (
+            board,
+            [ctypes.c_char_p, ctypes.POINTER(_Options), ctypes.c_char_p, ctypes.c_size_t],
+        ),
+        "vb_close": (None, [board]),
+        "vb_push_bench": (ctypes.c_int, [board, ctypes.c_char_p, ctypes.c_size_t]),
+        "vb_restart_bench": (None, [board]),
+        "vb_run_until": (ctypes.c_int, [board, ctypes.c_int64]),
+        "vb_now_ns": (ctypes.c_int64, [board]),
+        "vb_stop_reason": (ctypes.c_char_p, [board]),
+        "vb_write": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
+        "vb_read": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
+        "vb_reset": (ctypes.c_int, [board, ctypes.c_uint8]),
+        "vb_set_faults": (None, [board, ctypes.POINTER(_Faults)]),
+        "vb_set_clock_ppm": (None, [board, ctypes.c_double]),
+        "vb_get_counters": (None, [board, ctypes.POINTER(_Counters)]),
+    }
+    for name, (result, arguments) in signatures.items():
+        function = getattr(library, name)
+        function.restype = result
+        function.argtypes = arguments
+    return library
+
+
+class VirtualBoard:
+    """One virtual board. Not for several threads at once.
+
+    elf: firmware for the ATmega2560.
+    crank_counts_per_revolution, carriage_counts_per_revolution: of the encoders, after ×4 decoding.
+    clock_ppm, adc_clock_ppm: the board's crystal and the ADC's oscillator run this much fast.
+    seed: of the noise, the faults and the RAM's content at power-on.
+    noise_volts: standard deviation of one conversion in volts at the ADC's input: one value for
+        all channels, six values, or None for the nominal ones of board.yaml.
+
+    Raises VirtualBoardError if the library or the firmware cannot be loaded.
+    """
+
+    def __init__(
+        self,
+        elf: str | Path,
+        *,
+        crank_counts_per_revolution: int = 4096,
+        carriage_counts_per_revolution: int = 4096,
+        clock_ppm: float = 0.0,
+        adc_clock_ppm: float = 0.0,
+        seed: int = 1,
+        noise_volts: float | Sequence[float] | None = None,
+        library: str | Path = LIBRARY,
+    ) -> None:
+        self._board: int | None = None
+        self._library = _load(Path(library))
+        options = _Options()
+        self._library.vb_default_options(ctypes.byref(options))
+        options.size = ctypes.sizeof(_Options)
+        options.crank_counts_per_revolution = crank_counts_per_revolution
+        options.carriage_counts_per_revolution = carriage_counts_per_revolution
+        options.clock_ppm = clock_ppm
+        options.adc_clock_ppm = adc_clock_ppm
+        options.seed = seed
+        if isinstance(noise_volts, int | float):
+            noise_volts = [noise_volts] * CHANNEL_COUNT
+        if noise_volts is not None:
+            if len(noise_volts) != CHANNEL_COUNT:
+                raise ValueError(f"{len(noise_volts)} noise values; give one or {CHANNEL_COUNT}")
+            options.noise_volts[:] = noise_volts
+        error = ctypes.create_string_buffer(512)
+        self._board = self._library.vb_open(
+            str(elf).encode(), ctypes.byref(options), error, len(error)
+        )
+        if not self._board:
+            raise VirtualBoardError(error.value.decode())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exception_type: type[BaseException] | None,
+        exception: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Frees the board; a second call does nothing."""
+        if self._board:
+            self._library.vb_close(self._board)
+            self._board = None
+
+    @property
+    def _handle(self) -> int:
+        if not self._board:
+            raise VirtualBoardError("the virtual board is closed")
+        return self._board
+
+    @property
+    def now_ns(self) -> int:
+        """True time in nanoseconds since power-on."""
+        return int(self._library.vb_now_ns(self._handle))
+
+    def push_bench(self, frame: BenchFrame | bytes) -> FrameResult:
+        """Gives the board's terminals one more sample; frames must come in order of time."""
+        data = frame if isinstance(frame, bytes) else frame.pack()
+        return FrameResult(self._library.vb_push_bench(self._handle, data, len(data)))
+
+    def restart_bench(self) -> None:
+        """Another bench takes over: its first frame moves no encoder."""
+        self._library.vb_restart_bench(self._handle)
+
+    def run_until(self, time_ns: int) -> None:
+        """Emulates up to an instant; does nothing if that has passed.
+
+        Raises VirtualBoardError if the firmware stops for good.
+        """
+        if self._library.vb_run_until(self._handle, time_ns) != 0:
+            raise VirtualBoardError(self._library.vb_stop_reason(self._handle).decode())
+
+    def write(self, data: bytes) -> int:
+        """Sends bytes to the board's UART at its baud rate, from now on. Returns their number."""
+        return int(self._library.vb_write(self._handle, data, len(data)))
+
+    def read(self) -> bytes:
+        """All bytes that have left the board's UART since the last call."""
+        chunk = ctypes.create_string_buffer(4096)
+        received = bytearray()
+        while count := self._library.vb_read(self._handle, chunk, len(chunk)):
+            received += chunk.raw[:count]
+        return bytes(received)
+
+    def reset(self, cause: ResetCause) -> None:
+        """Resets the microcontroller; POWER_ON and BROWN_OUT take the ADC's power as well."""
+        if self._library.vb_reset(self._handle, cause) != 0:
+            raise ValueError(f"{cause} is no reset cause")
+
+    def set_faults(
+        self,
+        *,
+        spi_error_one_in: int = 0,
+        adc_silent: bool = False,
+        serial_bit_error_rate: float = 0.0,
+        serial_byte_drop_rate: float = 0.0,
+        serial_byte_double_rate: float = 0.0,
+    ) -> None:
+        """Sets all faults at once; those not named are off.
+
+        spi_error_one_in: one ADC read transaction in this many has one bit flipped.
+        adc_silent: the ADC neither answers nor signals.
+        serial_*_rate: probabilities per data bit or per byte, in both directions;
+            serial_byte_drop_rate = 1 is a pulled cable.
+        """
+        for rate in (serial_bit_error_rate, serial_byte_drop_rate, serial_byte_double_rate):
+            if not (math.isfinite(rate) and 0.0 <= rate <= 1.0):
+                raise ValueError(f"rate {rate}: give a probability")
+        faults = _Faults(
+            spi_error_one_in,
+            adc_silent,
+            serial_bit_error_rate,
+            serial_byte_drop_rate,
+            serial_byte_double_rate,
+        )
+        self._library.vb_set_faults(self._handle, ctypes.byref(faults))
+
+    def set_clock_ppm(self, clock_ppm: float) -> None:
+        """Changes the rate of the board's crystal from now on; time stays continuous."""
+        self._library.vb_set_clock_ppm(self._handle, clock_ppm)
+
+    def counters(self) -> dict[str, int]:
+        """What has happened since power-on; the names are those of vb_counters in vboard.h."""
+        counters = _Counters()
+        self._library.vb_get_counters(self._handle, ctypes.byref(counters))
+        return counters.as_dict()
