@@ -15,6 +15,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header
 from towtank_interfaces.msg import CableState
 
+from towtank_sim import axes
 from towtank_sim.tow import BodyState, LineShapes, PointState
 
 TANK_FRAME = "tank"
@@ -32,11 +33,11 @@ def stamp_ns(header: Header) -> int:
     return header.stamp.sec * _NS_PER_S + header.stamp.nanosec
 
 
-def _set_vector(vector: Vector3 | Point, values: tuple[float, float, float]) -> None:
+def _set_vector(vector: Vector3 | Point, values: axes.Vector) -> None:
     vector.x, vector.y, vector.z = values
 
 
-def _set_quaternion(quaternion: Quaternion, values: tuple[float, float, float, float]) -> None:
+def _set_quaternion(quaternion: Quaternion, values: axes.Quaternion) -> None:
     quaternion.w, quaternion.x, quaternion.y, quaternion.z = values
 
 
@@ -73,7 +74,7 @@ class ImuWriter:
         self._message = Imu()
         self._message.header.frame_id = frame
 
-    def fill(self, stamp: int, state: BodyState, specific_force: tuple[float, float, float]) -> Imu:
+    def fill(self, stamp: int, state: BodyState, specific_force: axes.Vector) -> Imu:
         """Fill in a body's state; specific_force: m/s², body axes."""
         message = self._message
         stamp_header(message.header, stamp)

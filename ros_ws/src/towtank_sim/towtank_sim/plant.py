@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from towtank_rig import Rig
 
+from towtank_sim.axes import Vector
 from towtank_sim.drive import Drive, DriveCommand, DriveState
-from towtank_sim.tow import BodyState, LineShapes, PointState, Tow, Vector, specific_force
+from towtank_sim.tow import BodyState, LineShapes, PointState, Tow, specific_force
 from towtank_sim.tow_point import TowPoint
 
 CYCLE_NS = 10_000_000
@@ -58,6 +59,10 @@ class Plant:
 
     def line_shapes(self) -> LineShapes:
         return self._tow.line_shapes()
+
+    def top_tension(self) -> float:
+        """Tension at the tow point, N."""
+        return self._tow.top_tension()
 
     def specific_force(self, fish: BodyState) -> Vector:
         """Return what the fish's accelerometer should measure, m/s², body axes."""

@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from towtank_rig import Rig
 
 import sim_core as sc
+from towtank_sim.axes import Quaternion, Vector, cross, to_body
 from towtank_sim.model import LINES, build_model, segment_counts
-
-Vector = tuple[float, float, float]
 
 # Spectral radius at infinite frequency of the generalised-α scheme (Chung & Hulbert 1993): damps
 # the axial waves that a step does not resolve and leaves the heave alone.
@@ -32,7 +30,7 @@ class BodyState(NamedTuple):
     """
 
     position: Vector
-    quaternion: tuple[float, float, float, float]
+    quaternion: Quaternion
     velocity: Vector
     acceleration: Vector
     angular_velocity: Vector
@@ -53,35 +51,6 @@ class LineShapes(NamedTuple):
     y: list[float]
     z: list[float]
     tension: list[float]
-
-
-def rotation_matrix(
-    quaternion: tuple[float, float, float, float],
-) -> tuple[Vector, Vector, Vector]:
-    """Return the rows of the rotation matrix body → tank of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion
-    return (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-
-
-def to_tank(quaternion: tuple[float, float, float, float], vector: Vector) -> Vector:
-    """Rotate a vector from body to tank axes."""
-    a, b, c = rotation_matrix(quaternion)
-    x, y, z = vector
-    return (
-        a[0] * x + a[1] * y + a[2] * z,
-        b[0] * x + b[1] * y + b[2] * z,
-        c[0] * x + c[1] * y + c[2] * z,
-    )
-
-
-def to_body(quaternion: tuple[float, float, float, float], vector: Vector) -> Vector:
-    """Rotate a vector from tank to body axes."""
-    w, x, y, z = quaternion
-    return to_tank((w, -x, -y, -z), vector)
 
 
 class Tow:
@@ -161,23 +130,14 @@ class Tow:
         return self._simulation
 
 
-def specific_force(state: BodyState, position: Sequence[float], gravity: float) -> Vector:
+def specific_force(state: BodyState, position: Vector, gravity: float) -> Vector:
     """Return what an ideal accelerometer at `position` (m, body axes) feels, m/s², body axes.
 
     f = Rᵀ(a + g ẑ) + α × r + ω × (ω × r), the acceleration of the place less that of gravity.
     """
     ax, ay, az = state.acceleration
     fx, fy, fz = to_body(state.quaternion, (ax, ay, az + gravity))
-    r = tuple(position)
     omega = state.angular_velocity
-    tx, ty, tz = _cross(state.angular_acceleration, r)
-    cx, cy, cz = _cross(omega, _cross(omega, r))
+    tx, ty, tz = cross(state.angular_acceleration, position)
+    cx, cy, cz = cross(omega, cross(omega, position))
     return (fx + tx + cx, fy + ty + cy, fz + tz + cz)
-
-
-def _cross(a: Sequence[float], b: Sequence[float]) -> Vector:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )

@@ -6,8 +6,8 @@ from __future__ import annotations
 from towtank_rig import Rig
 from towtank_rig.motion import tow_point_motion
 
+from towtank_sim.axes import Vector
 from towtank_sim.drive import DriveState
-from towtank_sim.tow import Vector
 
 
 class TowPoint:

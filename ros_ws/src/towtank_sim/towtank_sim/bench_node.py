@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The virtual bench as a node: plant states in, bench frames to the virtual board out."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.main import run_node
+from towtank_node.parameters import Parameter, read_parameters
+from towtank_node.qos import SENSOR_QOS
+from towtank_rig import RigError, load_rig, sensor_errors
+
+from towtank_sim.bench import Bench, BenchError, TrueState
+from towtank_sim.bench_frame import BenchFrameError, BenchFrameLayout
+from towtank_sim.bench_socket import BenchSocket
+from towtank_sim.clock import monotonic_to_ros_offset
+from towtank_sim.matching import StampMatcher
+from towtank_sim.messages import stamp_ns
+from towtank_sim.plant import CYCLE_NS
+from towtank_sim.simulator_parameters import RIG
+
+_PARAMETERS = (
+    RIG,
+    Parameter("socket", str, "path of the virtual board's bench socket"),
+    Parameter("seed", int, "seed of the sensors' errors", default=1, minimum=0, maximum=2**31 - 1),
+    Parameter(
+        "noise",
+        str,
+        "errors of the sensors: drawn from the rig's budget, or none",
+        default="rig",
+        choices=("rig", "none"),
+    ),
+)
+# Topics in the order in which the plant publishes them.
+_JOINTS, _DEPRESSOR, _IMU, _FISH = range(4)
+_SILENCE_S = 1.0
+
+
+class BenchNode(Node):
+    """Node /plant/bench; its inputs are relative to its namespace."""
+
+    def __init__(self) -> None:
+        super().__init__("bench", namespace="plant")
+        parameters = read_parameters(self, _PARAMETERS)
+        rig = load_rig(parameters.rig)
+        errors = (
+            sensor_errors.none(rig)
+            if parameters.noise == "none"
+            else sensor_errors.draw(rig, parameters.seed)
+        )
+        self._layout = BenchFrameLayout()
+        self._bench = Bench(rig, errors, self._layout.channels)
+        self._socket = BenchSocket(parameters.socket)
+        self._matcher = StampMatcher(topics=4)
+        self._ros_minus_monotonic = monotonic_to_ros_offset(
+            lambda: self.get_clock().now().nanoseconds
+        )
+        self._first_stamp: int | None = None
+        self._frames = 0
+        self._frames_at_last_look = 0
+        self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
+        for topic, kind, name in (
+            (_JOINTS, JointState, "joint_states"),
+            (_DEPRESSOR, Odometry, "depressor/odometry"),
+            (_IMU, Imu, "fish/imu"),
+            (_FISH, Odometry, "fish/odometry"),
+        ):
+            self.create_subscription(kind, name, self._receiver(topic), SENSOR_QOS)
+        self._watch = self.create_timer(_SILENCE_S, self._look_for_silence)
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._socket.close()
+
+    def _receiver(self, topic: int) -> Any:
+        def receive(message: Any) -> None:
+            stamp = stamp_ns(message.header)
+            messages = self._matcher.add(topic, stamp, message)
+            if messages is not None:
+                with self._diagnostics.cycle():
+                    self._send(stamp, *messages)
+
+        return receive
+
+    def _send(
+        self, stamp: int, joints: JointState, depressor: Odometry, imu: Imu, fish: Odometry
+    ) -> None:
+        if self._first_stamp is None:
+            self._first_stamp = stamp
+        state = _true_state((stamp - self._first_stamp) * 1e-9, joints, depressor, imu, fish)
+        time_ns = stamp - self._ros_minus_monotonic
+        self._socket.send(
+            self._layout.pack(
+                self._frames,
+                time_ns,
+                self._bench.terminal_volts(state).tolist(),
+                *self._bench.encoder_angles(state),
+            )
+        )
+        if time.monotonic_ns() > time_ns:
+            self._diagnostics.overrun()  # the board has had to do without
+        self._frames += 1
+        if self._frames == 1:
+            self._diagnostics.ready("sending frames")
+
+    def _look_for_silence(self) -> None:
+        if 0 < self._frames == self._frames_at_last_look:
+            self._diagnostics.warn(
+                f"no complete plant state for {_SILENCE_S:g} s: see the plant simulator"
+            )
+        self._frames_at_last_look = self._frames
+
+    def _details(self) -> dict[str, Any]:
+        return {"frames": self._frames, "lost_states": self._matcher.lost}
+
+
+def _true_state(
+    time_s: float, joints: JointState, depressor: Odometry, imu: Imu, fish: Odometry
+) -> TrueState:
+    crank_angle, carriage_position = joints.position
+    attitude = fish.pose.pose.orientation
+    return TrueState(
+        time=time_s,
+        crank_angle=crank_angle,
+        carriage_position=carriage_position,
+        fish_position=_tuple(fish.pose.pose.position),
+        fish_quaternion=(attitude.w, attitude.x, attitude.y, attitude.z),
+        fish_velocity=_tuple(fish.twist.twist.linear),
+        fish_angular_velocity=_tuple(fish.twist.twist.angular),
+        specific_force=_tuple(imu.linear_acceleration),
+        depressor_position=_tuple(depressor.pose.pose.position),
+        depressor_velocity=_tuple(depressor.twist.twist.linear),
+    )
+
+
+def _tuple(vector: Any) -> tuple[float, float, float]:
+    return (vector.x, vector.y, vector.z)
+
+
+def main() -> int:
+    """Run the node until it is stopped."""
+    return run_node(BenchNode, (RigError, BenchError, BenchFrameError))
