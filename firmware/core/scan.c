@@ -18,7 +18,7 @@ void scan_init(struct scan *scan, struct transmitter *transmitter)
 // Longest duration of the scan's conversions, in ticks: the ADC's clock may be 5 % slow.
 static uint32_t longest_scan(uint16_t fs)
 {
-    uint32_t cycles = BOARD_ADC_FILTER_ORDER * 32ul * fs + BOARD_ADC_FILTER_DEAD_CYCLES;
+    uint32_t cycles = (uint32_t)BOARD_ADC_FILTER_ORDER * 32u * fs + BOARD_ADC_FILTER_DEAD_CYCLES;
     uint64_t ticks = (uint64_t)cycles * BOARD_CHANNEL_COUNT * BOARD_TICK_HZ;
     return (uint32_t)(ticks * 21 / 20 / BOARD_ADC_MASTER_CLOCK_HZ);
 }

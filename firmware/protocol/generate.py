@@ -167,6 +167,11 @@ def hexadecimal(value: int, digits: int) -> str:
     return f"0x{value:0{digits}X}u"
 
 
+def u32(value: int) -> str:
+    """A constant that is 32 bits wide on the AVR as on the host."""
+    return f"UINT32_C({value})"
+
+
 def pin_lines(pins: dict[str, Any]) -> Iterator[str]:
     for name, pin in pins.items():
         prefix = f"BOARD_PIN_{name.upper()}"
@@ -181,21 +186,21 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     rate = board["sampling"]["rate_hz"]
 
     yield define("BOARD_PROTOCOL", f"{board['protocol']}u")
-    yield define("BOARD_SCHEMA_HASH", hexadecimal(schema_hash(board), 8) + "l")
+    yield define("BOARD_SCHEMA_HASH", u32(schema_hash(board)))
     yield define("BOARD_FIRMWARE_VERSION", braces(board["firmware_version"]))
-    yield define("BOARD_CLOCK_HZ", f"{controller['clock_hz']}ul")
-    yield define("BOARD_TICK_HZ", f"{controller['tick_hz']}ul")
+    yield define("BOARD_CLOCK_HZ", u32(controller["clock_hz"]))
+    yield define("BOARD_TICK_HZ", u32(controller["tick_hz"]))
     yield define("BOARD_WATCHDOG_MS", f"{round(controller['watchdog_s'] * 1000)}u")
     silence = round(controller["host_silence_s"] * controller["tick_hz"])
-    yield define("BOARD_HOST_SILENCE_TICKS", f"{silence}ul")
+    yield define("BOARD_HOST_SILENCE_TICKS", u32(silence))
     yield define("BOARD_RATE_MINIMUM_HZ", f"{rate['minimum']}u")
     yield define("BOARD_RATE_MAXIMUM_HZ", f"{rate['maximum']}u")
     yield define("BOARD_RATE_DEFAULT_HZ", f"{rate['default']}u")
     yield ""
     yield from pin_lines(board["pins"])
     yield ""
-    yield define("BOARD_ADC_MASTER_CLOCK_HZ", f"{adc['master_clock_hz']}ul")
-    yield define("BOARD_ADC_SPI_CLOCK_HZ", f"{adc['spi']['clock_hz']}ul")
+    yield define("BOARD_ADC_MASTER_CLOCK_HZ", u32(adc["master_clock_hz"]))
+    yield define("BOARD_ADC_SPI_CLOCK_HZ", u32(adc["spi"]["clock_hz"]))
     yield define("BOARD_ADC_INTERNAL_REFERENCE_VOLTS", adc["internal_reference_volts"])
     yield define("BOARD_ADC_REFIN1_PER_EXCITATION", adc["refin1_per_excitation"])
     yield define("BOARD_ADC_FILTER_ORDER", f"{adc['filter']['order']}u")
@@ -221,7 +226,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     for key in ("gain", "output_reference_volts", "pole_hz", "noise_volts"):
         yield define(f"BOARD_AFE_{key.upper()}", braces([channel[key] for channel in channels]))
     yield ""
-    yield define("BOARD_WIRE_BAUD", f"{wire['baud']}ul")
+    yield define("BOARD_WIRE_BAUD", u32(wire["baud"]))
     yield define("BOARD_WIRE_DELIMITER", f"{wire['delimiter']}u")
     yield define("BOARD_WIRE_MAXIMUM_PAYLOAD", f"{wire['maximum_payload']}u")
     yield define("BOARD_WIRE_CRC16_INITIAL", hexadecimal(wire["crc16"]["initial"], 4))
@@ -236,7 +241,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
             prefix = {"board_state": "STATE", "data_flags": "FLAG"}.get(group, group.upper())
             yield define(f"BOARD_{prefix}_{name.upper()}", f"{value}u")
     yield ""
-    yield define("BOARD_BENCH_MAGIC", hexadecimal(board["bench"]["magic"], 8) + "l")
+    yield define("BOARD_BENCH_MAGIC", u32(board["bench"]["magic"]))
 
 
 def layout_lines(name: str, fields: list[Field]) -> Iterator[str]:

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fake_ad7124.h"
+
+#include <string.h>
+
+#include "hal_host.h"
+
+enum { STATUS = 0, ADC_CONTROL = 1, DATA = 2, ID = 5, ERROR_EN = 7, CHANNEL_0 = 9, FILTER_0 = 0x21 };
+
+static uint8_t size_of(uint8_t address)
+{
+    static const uint8_t low[] = {1, 2, 3, 3, 2, 1, 3, 3, 1};
+    if (address < CHANNEL_0)
+        return low[address];
+    return address < FILTER_0 ? 2 : 3; // CHANNEL and CONFIG; FILTER, OFFSET and GAIN
+}
+
+static void reset(struct fake_ad7124 *device)
+{
+    for (uint8_t address = 0; address < FAKE_AD7124_REGISTERS; address++) {
+        uint32_t value = 0;
+        if (address >= CHANNEL_0 && address < 0x19)
+            value = address == CHANNEL_0 ? 0x8001 : 0x0001;
+        else if (address >= 0x19 && address < FILTER_0)
+            value = 0x0860;
+        else if (address >= FILTER_0 && address < 0x29)
+            value = 0x060180;
+        else if (address >= 0x29 && address < 0x31)
+            value = 0x800000;
+        else if (address >= 0x31)
+            value = 0x500000;
+        device->registers[address] = value;
+    }
+    device->registers[STATUS] = 0x10; // POR_FLAG
+    device->registers[ID] = device->id;
+    device->registers[ERROR_EN] = 0x40;
+}
+
+double fake_ad7124_conversion_ticks(const struct fake_ad7124 *device)
+{
+    double fs = device->registers[FILTER_0] & 0x7FF;
+    return (3 * 32 * fs + 95) / 614400 * 2e6;
+}
+
+static uint32_t conversions_done(const struct fake_ad7124 *device)
+{
+    if (!device->running || device->stalled)
+        return 0;
+    double elapsed = (double)(hal_host.time - device->started);
+    return (uint32_t)(elapsed / fake_ad7124_conversion_ticks(device));
+}
+
+static uint8_t channel_of(const struct fake_ad7124 *device, uint32_t conversion)
+{
+    uint8_t enabled[16];
+    uint8_t count = 0;
+    for (uint8_t channel = 0; channel < 16; channel++) {
+        if ((device->registers[CHANNEL_0 + channel] & 0x8000) != 0 && channel != device->skip_channel)
+            enabled[count++] = channel;
+    }
+    return enabled[(conversion - 1) % count];
+}
+
+static bool ready(void *context)
+{
+    struct fake_ad7124 *device = context;
+    return !device->absent && conversions_done(device) > device->conversions_read;
+}
+
+static void sync_pin(void *context, bool high)
+{
+    struct fake_ad7124 *device = context;
+    device->running = high;
+    device->started = hal_host.time;
+    device->conversions_read = 0;
+}
+
+static uint8_t crc8(const uint8_t *bytes, uint8_t count)
+{
+    uint8_t crc = 0;
+    for (uint8_t i = 0; i < count; i++) {
+        for (int bit = 7; bit >= 0; bit--) {
+            bool carry = (crc >> 7) ^ (bytes[i] >> bit & 1);
+            crc = (uint8_t)(crc << 1 ^ (carry ? 0x07 : 0));
+        }
+    }
+    return crc;
+}
+
+static void read_register(struct fake_ad7124 *device, uint8_t address, uint8_t *bytes, uint8_t count)
+{
+    uint8_t answer[8] = {bytes[0]};
+    uint8_t length = 1;
+    uint32_t value = device->registers[address];
+    bool with_status = false;
+    if (address == DATA) {
+        uint32_t done = conversions_done(device);
+        uint8_t channel = done == 0 ? 0 : channel_of(device, done);
+        value = device->inputs[channel];
+        device->conversions_read = done;
+        device->registers[STATUS] = channel;
+        with_status = (device->registers[ADC_CONTROL] & 0x400) != 0;
+    }
+    for (int shift = 8 * (size_of(address) - 1); shift >= 0; shift -= 8)
+        answer[length++] = (uint8_t)(value >> shift);
+    if (with_status)
+        answer[length++] = (uint8_t)device->registers[STATUS];
+    if ((device->registers[ERROR_EN] & 4) != 0) {
+        answer[length] = crc8(answer, length);
+        length++;
+    }
+    if (address == STATUS)
+        device->registers[STATUS] &= ~0x10u;
+    if (device->corrupt_reads_after > 0)
+        device->corrupt_reads_after--;
+    else if (device->corrupt_reads > 0) {
+        device->corrupt_reads--;
+        answer[2] ^= 0x04;
+    }
+    memset(bytes, 0xFF, count);
+    memcpy(bytes + 1, answer + 1, (size_t)(length < count ? length : count) - 1);
+}
+
+static void write_register(struct fake_ad7124 *device, uint8_t address, uint8_t *bytes)
+{
+    uint8_t length = (uint8_t)(1 + size_of(address));
+    if ((device->registers[ERROR_EN] & 4) != 0 && crc8(bytes, length) != bytes[length]) {
+        device->writes_refused++;
+        return;
+    }
+    if (device->running)
+        device->writes_while_running++;
+    uint32_t value = 0;
+    for (uint8_t i = 1; i < length; i++)
+        value = value << 8 | bytes[i];
+    device->registers[address] = value;
+}
+
+static void exchange(void *context, uint8_t *bytes, uint8_t count)
+{
+    struct fake_ad7124 *device = context;
+    static const uint8_t ones[8] = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
+    if (device->absent) {
+        memset(bytes, 0xFF, count);
+        return;
+    }
+    if (count == sizeof ones && memcmp(bytes, ones, sizeof ones) == 0) {
+        reset(device);
+        return;
+    }
+    uint8_t address = bytes[0] & 0x3F;
+    if ((bytes[0] & 0x40) != 0)
+        read_register(device, address, bytes, count);
+    else
+        write_register(device, address, bytes);
+}
+
+void fake_ad7124_connect(struct fake_ad7124 *device)
+{
+    *device = (struct fake_ad7124){.id = 0x14, .skip_channel = 0xFF};
+    reset(device);
+    hal_host.adc = (struct hal_host_adc){device, exchange, ready, sync_pin};
+}

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ad7124.h"
+#include "board_protocol.h"
+#include "check.h"
+#include "fake_ad7124.h"
+#include "hal_host.h"
+
+static int connect(void **state)
+{
+    static struct fake_ad7124 device;
+    hal_host = (struct hal_host){0};
+    fake_ad7124_connect(&device);
+    *state = &device;
+    return 0;
+}
+
+static void reset_finds_the_chip(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    static const uint8_t known[] = {0x14, 0x16, 0x17};
+    for (size_t i = 0; i < sizeof known; i++) {
+        device->id = known[i];
+        assert_int_equal(ad7124_reset(), known[i]);
+    }
+}
+
+static void reset_waits_the_chip_out(void **state)
+{
+    (void)state;
+    uint64_t before = hal_host.time;
+    ad7124_reset();
+    assert_true(hal_host.time - before >= 4 * 2000); // 4 ms
+}
+
+static void another_chip_or_none_is_refused(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    device->id = 0x04; // an AD7124-4
+    assert_int_equal(ad7124_reset(), 0);
+    assert_false(ad7124_set_up(6));
+    device->absent = true;
+    assert_int_equal(ad7124_reset(), 0);
+    assert_false(ad7124_set_up(6));
+}
+
+static void set_up_writes_the_registers_of_the_data_sheet(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    assert_true(ad7124_set_up(6));
+    const uint32_t *registers = device->registers;
+    assert_int_equal(registers[0x01], 0x0780); // DATA_STATUS, CS_EN, REF_EN, full power, continuous
+    assert_int_equal(registers[0x07], 0x000044);
+    // Enable, setup, AINP, AINM.
+    assert_int_equal(registers[0x09], 0x8000 | 0 << 12 | 0 << 5 | 1);
+    assert_int_equal(registers[0x0A], 0x8000 | 0 << 12 | 2 << 5 | 3);
+    assert_int_equal(registers[0x0B], 0x8000 | 1 << 12 | 4 << 5 | 17);
+    assert_int_equal(registers[0x0C], 0x8000 | 1 << 12 | 5 << 5 | 17);
+    assert_int_equal(registers[0x0D], 0x8000 | 1 << 12 | 6 << 5 | 17);
+    assert_int_equal(registers[0x0E], 0x8000 | 1 << 12 | 7 << 5 | 17);
+    assert_int_equal(registers[0x0F], 0x8000 | 2 << 12 | 16 << 5 | 17);
+    for (uint8_t channel = 7; channel < 16; channel++)
+        assert_int_equal(registers[0x09 + channel] & 0x8000, 0);
+    // Bipolar on REFIN1, all buffers; unipolar on the internal reference; bipolar on the internal one.
+    assert_int_equal(registers[0x19], 0x09E0);
+    assert_int_equal(registers[0x1A], 0x0050);
+    assert_int_equal(registers[0x1B], 0x0810);
+    for (uint8_t setup = 0; setup < 3; setup++)
+        assert_int_equal(registers[0x21 + setup], 0x460006); // sinc3, FS 6
+    assert_int_equal(device->writes_refused, 0);
+    assert_int_equal(device->writes_while_running, 0);
+}
+
+static void set_up_fails_when_any_one_read_back_is_wrong(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    // After STATUS and ID: ERROR_EN, 3 × (CONFIG, FILTER), 6 channels, housekeeping, ADC_CONTROL.
+    const uint32_t read_backs = 1 + 6 + 6 + 1 + 1;
+    for (uint32_t i = 0; i <= read_backs; i++) {
+        device->corrupt_reads_after = 2 + i;
+        device->corrupt_reads = 1;
+        assert_int_equal(ad7124_set_up(6), i == read_backs);
+        device->corrupt_reads = 0;
+    }
+}
+
+static void a_conversion_is_read_with_its_channel(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    device->inputs[0] = 0xABCDEF;
+    device->inputs[1] = 0x000001;
+    assert_true(ad7124_set_up(6));
+    hal_adc_restart();
+    for (uint8_t channel = 0; channel < 2; channel++) {
+        while (!hal_adc_ready())
+            hal_host_advance(10);
+        struct ad7124_conversion conversion;
+        assert_true(ad7124_read_conversion(&conversion));
+        assert_int_equal(conversion.channel, channel);
+        assert_int_equal(conversion.code, device->inputs[channel]);
+        assert_false(hal_adc_ready());
+    }
+}
+
+static void a_conversion_with_a_wrong_crc_is_refused(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    assert_true(ad7124_set_up(6));
+    hal_adc_restart();
+    while (!hal_adc_ready())
+        hal_host_advance(10);
+    device->corrupt_reads = 1;
+    struct ad7124_conversion conversion;
+    assert_false(ad7124_read_conversion(&conversion));
+    assert_true(ad7124_read_conversion(&conversion));
+}
+
+static void housekeeping_sources_take_turns_in_channel_6(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    assert_true(ad7124_set_up(6));
+    ad7124_select_housekeeping(1);
+    assert_int_equal(device->registers[0x0F], 0x8000 | 2 << 12 | 20 << 5 | 21);
+    ad7124_select_housekeeping(0);
+    assert_int_equal(device->registers[0x0F], 0x8000 | 2 << 12 | 16 << 5 | 17);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(reset_finds_the_chip, connect),
+        cmocka_unit_test_setup(reset_waits_the_chip_out, connect),
+        cmocka_unit_test_setup(another_chip_or_none_is_refused, connect),
+        cmocka_unit_test_setup(set_up_writes_the_registers_of_the_data_sheet, connect),
+        cmocka_unit_test_setup(set_up_fails_when_any_one_read_back_is_wrong, connect),
+        cmocka_unit_test_setup(a_conversion_is_read_with_its_channel, connect),
+        cmocka_unit_test_setup(a_conversion_with_a_wrong_crc_is_refused, connect),
+        cmocka_unit_test_setup(housekeeping_sources_take_turns_in_channel_6, connect),
+    };
+    return cmocka_run_group_tests_name("ad7124", tests, NULL, NULL);
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <stdlib.h>
+
+#include "check.h"
+#include "whole_board.h"
+
+static int power_up(void **state)
+{
+    struct whole_board *whole = whole_board_new();
+    whole_board_forget(whole);
+    *state = whole;
+    return 0;
+}
+
+static int power_down(void **state)
+{
+    free(*state);
+    return 0;
+}
+
+static uint8_t status_of(struct whole_board *whole, uint8_t type, const uint8_t *arguments,
+                         uint8_t length)
+{
+    return whole_board_request(whole, type, 42, arguments, length).payload[2];
+}
+
+static uint8_t configure(struct whole_board *whole, uint16_t rate_hz, uint16_t fs)
+{
+    uint8_t arguments[CONFIGURE_ARGUMENTS_SIZE];
+    configure_arguments_pack(arguments, &(struct configure_arguments){rate_hz, fs});
+    return status_of(whole, BOARD_COMMAND_CONFIGURE, arguments, sizeof arguments);
+}
+
+static void identify_says_who_the_board_is(void **state)
+{
+    struct received_frame frame = whole_board_request(*state, BOARD_COMMAND_IDENTIFY, 7, NULL, 0);
+    assert_int_equal(frame.length, 3 + IDENTIFY_RESPONSE_SIZE);
+    assert_int_equal(frame.payload[2], BOARD_STATUS_OK);
+    struct identify_response response;
+    identify_response_unpack(&response, frame.payload + 3);
+    const uint8_t version[] = BOARD_FIRMWARE_VERSION;
+    assert_int_equal(response.protocol, 1);
+    assert_int_equal(response.schema_hash, BOARD_SCHEMA_HASH);
+    assert_memory_equal(response.firmware_version, version, sizeof version);
+    assert_int_equal(response.adc_id, 0x14);
+    assert_int_equal(response.clock_hz, 2000000);
+    assert_int_equal(response.calibration_id, 0x0A0B0C0D);
+    assert_int_equal(response.board_serial, 0x01020304);
+}
+
+static void identify_lies_on_the_wire_as_the_protocol_says(void **state)
+{
+    struct received_frame frame = whole_board_request(*state, BOARD_COMMAND_IDENTIFY, 7, NULL, 0);
+    const uint8_t *data = frame.payload + 3;
+    assert_int_equal(data[0], 1);
+    assert_int_equal(data[1], BOARD_SCHEMA_HASH & 0xFF);
+    assert_int_equal(data[4], BOARD_SCHEMA_HASH >> 24);
+    assert_int_equal(data[8], 0x14);
+    const uint8_t clock_hz[] = {0x80, 0x84, 0x1E, 0x00};
+    assert_memory_equal(data + 9, clock_hz, 4);
+    const uint8_t calibration_id[] = {0x0D, 0x0C, 0x0B, 0x0A};
+    assert_memory_equal(data + 13, calibration_id, 4);
+}
+
+static void the_request_id_is_echoed(void **state)
+{
+    for (int id = 0; id < 256; id++) {
+        struct received_frame frame =
+            whole_board_request(*state, BOARD_COMMAND_SYNC, (uint8_t)id, NULL, 0);
+        assert_int_equal(frame.payload[0], 0x86);
+        assert_int_equal(frame.payload[1], id);
+        whole_board_forget(*state);
+    }
+}
+
+static void unknown_commands_are_answered_as_such(void **state)
+{
+    static const uint8_t unknown[] = {0x00, 0x05, 0x08, 0x10, 0x7F};
+    for (size_t i = 0; i < sizeof unknown; i++) {
+        struct received_frame frame = whole_board_request(*state, unknown[i], 9, NULL, 0);
+        assert_int_equal(frame.length, 3);
+        assert_int_equal(frame.payload[0], unknown[i] | 0x80);
+        assert_int_equal(frame.payload[1], 9);
+        assert_int_equal(frame.payload[2], BOARD_STATUS_UNKNOWN_COMMAND);
+    }
+}
+
+static void a_wrong_length_is_refused(void **state)
+{
+    static const uint8_t arguments[BOARD_WIRE_MAXIMUM_PAYLOAD] = {0};
+    static const struct {
+        uint8_t type, size;
+    } commands[] = {
+        {BOARD_COMMAND_IDENTIFY, 0}, {BOARD_COMMAND_CONFIGURE, 4}, {BOARD_COMMAND_START, 0},
+        {BOARD_COMMAND_STOP, 0},     {BOARD_COMMAND_SYNC, 0},      {BOARD_COMMAND_COUNTERS, 0},
+    };
+    struct whole_board *whole = *state;
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        for (uint8_t length = 0; length <= BOARD_WIRE_MAXIMUM_PAYLOAD - 2; length++) {
+            if (length == commands[i].size)
+                continue;
+            assert_int_equal(status_of(whole, commands[i].type, arguments, length),
+                             BOARD_STATUS_BAD_LENGTH);
+        }
+    }
+    assert_false(whole->board.scan.streaming);
+}
+
+static void configure_takes_what_fits_and_refuses_the_rest(void **state)
+{
+    assert_int_equal(configure(*state, 100, 6), BOARD_STATUS_OK);
+    assert_int_equal(configure(*state, 10, 6), BOARD_STATUS_OK);
+    assert_int_equal(configure(*state, 200, 3), BOARD_STATUS_OK);
+    assert_int_equal(configure(*state, 100, 8), BOARD_STATUS_OK); // 8.43 ms
+    assert_int_equal(configure(*state, 9, 6), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(configure(*state, 201, 3), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(configure(*state, 0, 6), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(configure(*state, 65535, 6), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(configure(*state, 200, 6), BOARD_STATUS_BAD_ARGUMENT);  // 6.55 ms in 5 ms
+    assert_int_equal(configure(*state, 100, 10), BOARD_STATUS_BAD_ARGUMENT); // 10.3 ms in 10 ms
+    assert_int_equal(configure(*state, 100, 0), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(configure(*state, 10, 2048), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(configure(*state, 10, 65535), BOARD_STATUS_BAD_ARGUMENT);
+    // A refusal changes nothing: 100 Hz and FS 8 still stand.
+    struct received_frame frame = whole_board_request(*state, BOARD_COMMAND_START, 1, NULL, 0);
+    struct start_response response;
+    start_response_unpack(&response, frame.payload + 3);
+    assert_int_equal(response.period_ticks, 20000);
+    struct whole_board *whole = *state;
+    assert_int_equal(whole->adc.registers[0x21] & 0x7FF, 8);
+}
+
+static void configure_and_start_are_refused_while_streaming(void **state)
+{
+    struct whole_board *whole = *state;
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+    whole_board_run_ms(whole, 50);
+    assert_int_equal(configure(whole, 50, 6), BOARD_STATUS_NOT_IDLE);
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_NOT_IDLE);
+    whole_board_forget(whole);
+    whole_board_run_ms(whole, 100);
+    assert_in_range(whole_board_count(whole, BOARD_FRAME_DATA), 9, 11); // still at 100 Hz
+    assert_int_equal(status_of(whole, BOARD_COMMAND_STOP, NULL, 0), BOARD_STATUS_OK);
+    assert_int_equal(configure(whole, 50, 6), BOARD_STATUS_OK);
+}
+
+static void stop_may_be_repeated(void **state)
+{
+    struct whole_board *whole = *state;
+    struct stop_response first, second;
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+    whole_board_run_ms(whole, 100);
+    stop_response_unpack(&first,
+                         whole_board_request(whole, BOARD_COMMAND_STOP, 1, NULL, 0).payload + 3);
+    stop_response_unpack(&second,
+                         whole_board_request(whole, BOARD_COMMAND_STOP, 2, NULL, 0).payload + 3);
+    assert_in_range(first.scans_scheduled, 9, 11);
+    assert_int_equal(second.scans_scheduled, first.scans_scheduled);
+}
+
+static void start_counts_from_zero_again(void **state)
+{
+    struct whole_board *whole = *state;
+    for (int round = 0; round < 3; round++) {
+        assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+        whole_board_forget(whole);
+        whole_board_run_ms(whole, 50);
+        assert_int_equal(whole_board_data(whole, 0).sequence, 0);
+        assert_in_range(whole_board_counters(whole).scans_scheduled, 4, 6);
+        assert_int_equal(status_of(whole, BOARD_COMMAND_STOP, NULL, 0), BOARD_STATUS_OK);
+    }
+}
+
+static void start_without_an_adc_is_an_adc_fault(void **state)
+{
+    struct whole_board *whole = *state;
+    whole->adc.absent = true;
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_ADC_FAULT);
+    whole_board_run_ms(whole, 100);
+    assert_int_equal(whole_board_count(whole, BOARD_FRAME_DATA), 0);
+    whole->adc.absent = false;
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+}
+
+static void sync_gives_reception_and_sending_in_order(void **state)
+{
+    struct whole_board *whole = *state;
+    hal_host_advance(UINT64_C(1) << 33); // beyond what 32 bits hold
+    whole_board_run_ms(whole, 1);
+    uint64_t sent = hal_host.time;
+    struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_SYNC, 1, NULL, 0);
+    struct sync_response response;
+    sync_response_unpack(&response, frame.payload + 3);
+    assert_int_equal(response.received_ticks, sent);
+    assert_in_range(response.sent_ticks - response.received_ticks, 1, 2000);
+}
+
+static void what_is_no_request_is_a_bad_frame_without_answer(void **state)
+{
+    struct whole_board *whole = *state;
+    static const uint8_t one_byte[] = {BOARD_COMMAND_IDENTIFY};
+    static const uint8_t a_response[] = {BOARD_COMMAND_IDENTIFY | 0x80, 1, 0};
+    uint8_t frame[FRAME_MAXIMUM];
+    hal_host_receive(frame, frame_encode(frame, one_byte, sizeof one_byte));
+    hal_host_receive(frame, frame_encode(frame, a_response, sizeof a_response));
+    whole_board_run_ms(whole, 5);
+    assert_int_equal(whole->frame_count, 0);
+    assert_int_equal(whole_board_counters(whole).rx_bad_frames, 2);
+}
+
+static void random_bytes_and_random_requests_leave_the_board_answering(void **state)
+{
+    struct whole_board *whole = *state;
+    uint32_t random = 31;
+    for (int round = 0; round < 3000; round++) {
+        uint8_t bytes[60], frame[FRAME_MAXIMUM];
+        uint8_t length = (uint8_t)(1 + next_random(&random) % sizeof bytes);
+        for (uint8_t i = 0; i < length; i++)
+            bytes[i] = (uint8_t)(next_random(&random) >> 24);
+        bytes[0] &= 0x0F; // mostly real commands, with random arguments and lengths
+        if (round % 2 == 0)
+            hal_host_receive(frame, frame_encode(frame, bytes, length));
+        else
+            hal_host_receive(bytes, length);
+        whole_board_run_ms(whole, 1);
+        whole_board_forget(whole);
+    }
+    const uint8_t delimiter[1] = {0};
+    hal_host_receive(delimiter, 1);
+    assert_int_equal(status_of(whole, BOARD_COMMAND_STOP, NULL, 0), BOARD_STATUS_OK);
+    assert_int_equal(configure(whole, 100, 6), BOARD_STATUS_OK);
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, power_up, power_down)
+    const struct CMUnitTest tests[] = {
+        TEST(identify_says_who_the_board_is),
+        TEST(identify_lies_on_the_wire_as_the_protocol_says),
+        TEST(the_request_id_is_echoed),
+        TEST(unknown_commands_are_answered_as_such),
+        TEST(a_wrong_length_is_refused),
+        TEST(configure_takes_what_fits_and_refuses_the_rest),
+        TEST(configure_and_start_are_refused_while_streaming),
+        TEST(stop_may_be_repeated),
+        TEST(start_counts_from_zero_again),
+        TEST(start_without_an_adc_is_an_adc_fault),
+        TEST(sync_gives_reception_and_sending_in_order),
+        TEST(what_is_no_request_is_a_bad_frame_without_answer),
+        TEST(random_bytes_and_random_requests_leave_the_board_answering),
+    };
+    return cmocka_run_group_tests_name("command", tests, NULL, NULL);
+}

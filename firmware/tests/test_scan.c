@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The scan scheduler in the whole board, seen from the host: what each tick becomes.
+#include <stdlib.h>
+
+#include "check.h"
+#include "whole_board.h"
+
+#define PERIOD_MS 10
+#define ALL_VALID 0x3F
+
+static int power_up(void **state)
+{
+    struct whole_board *whole = whole_board_new();
+    whole_board_forget(whole);
+    *state = whole;
+    return 0;
+}
+
+static int power_down(void **state)
+{
+    free(*state);
+    return 0;
+}
+
+static struct start_response start(struct whole_board *whole)
+{
+    struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_START, 1, NULL, 0);
+    assert_int_equal(frame.payload[2], BOARD_STATUS_OK);
+    struct start_response response;
+    start_response_unpack(&response, frame.payload + 3);
+    whole_board_forget(whole);
+    return response;
+}
+
+static uint32_t stop(struct whole_board *whole)
+{
+    struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_STOP, 2, NULL, 0);
+    assert_int_equal(frame.payload[2], BOARD_STATUS_OK);
+    struct stop_response response;
+    stop_response_unpack(&response, frame.payload + 3);
+    return response.scans_scheduled;
+}
+
+static void configure(struct whole_board *whole, uint16_t rate_hz, uint16_t fs)
+{
+    uint8_t arguments[CONFIGURE_ARGUMENTS_SIZE];
+    configure_arguments_pack(arguments, &(struct configure_arguments){rate_hz, fs});
+    struct received_frame frame =
+        whole_board_request(whole, BOARD_COMMAND_CONFIGURE, 3, arguments, sizeof arguments);
+    assert_int_equal(frame.payload[2], BOARD_STATUS_OK);
+}
+
+static void every_tick_becomes_one_complete_record(void **state)
+{
+    struct whole_board *whole = *state;
+    struct start_response response = start(whole);
+    assert_int_equal(response.period_ticks, 20000);
+    whole_board_run_ms(whole, 1000);
+    uint32_t scheduled = stop(whole);
+    assert_in_range(scheduled, 99, 100);
+    assert_int_equal(whole_board_count(whole, BOARD_FRAME_DATA), scheduled);
+    for (uint32_t n = 0; n < scheduled; n++) {
+        struct data_frame data = whole_board_data(whole, n);
+        assert_int_equal(data.schema, BOARD_SCHEMA_HASH & 0xFF);
+        assert_int_equal(data.sequence, n);
+        assert_int_equal(data.ticks, (uint32_t)(response.first_tick + n * response.period_ticks));
+        assert_int_equal(data.valid_mask, ALL_VALID);
+        assert_int_equal(data.flags, 0);
+        for (uint32_t channel = 0; channel < BOARD_CHANNEL_COUNT; channel++)
+            assert_int_equal(data.codes[channel], 0x100000 + channel);
+    }
+    assert_int_equal(whole->adc.writes_while_running, 0);
+    struct health_frame health = whole_board_counters(whole);
+    assert_int_equal(health.missed_ticks, 0);
+    assert_int_equal(health.scan_overruns, 0);
+    assert_int_equal(health.spi_crc_errors, 0);
+    assert_int_equal(health.adc_sequence_errors, 0);
+    assert_int_equal(health.scans_scheduled, scheduled);
+}
+
+static void every_rate_keeps_its_period(void **state)
+{
+    struct whole_board *whole = *state;
+    static const struct {
+        uint16_t rate_hz, fs;
+    } settings[] = {{10, 6}, {50, 15}, {100, 6}, {200, 3}};
+    for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) {
+        configure(whole, settings[i].rate_hz, settings[i].fs);
+        struct start_response response = start(whole);
+        assert_int_equal(response.period_ticks, BOARD_TICK_HZ / settings[i].rate_hz);
+        whole_board_run_ms(whole, 500);
+        uint32_t scheduled = stop(whole);
+        assert_true(scheduled + 2 >= settings[i].rate_hz / 2u);
+        for (uint32_t n = 0; n < scheduled; n++) {
+            struct data_frame data = whole_board_data(whole, n);
+            assert_int_equal(data.sequence, n);
+            assert_int_equal(data.ticks,
+                             (uint32_t)(response.first_tick + n * response.period_ticks));
+            assert_int_equal(data.valid_mask, ALL_VALID);
+        }
+        whole_board_forget(whole);
+    }
+    assert_int_equal(whole_board_counters(whole).scan_overruns, 0);
+}
+
+static void encoders_are_those_at_the_tick(void **state)
+{
+    struct whole_board *whole = *state;
+    struct start_response response = start(whole);
+    for (int32_t n = 0; n < 20; n++) {
+        hal_host.encoders.crank = 1000 * n;
+        hal_host.encoders.carriage = -77 * n;
+        // Up to half a period behind tick n.
+        whole_board_run_until(whole, response.first_tick + (uint64_t)n * response.period_ticks + 10000);
+    }
+    whole_board_run_ms(whole, PERIOD_MS / 2);
+    for (int32_t n = 0; n < 20; n++) {
+        struct data_frame data = whole_board_data(whole, (size_t)n);
+        assert_int_equal(data.crank, 1000 * n);
+        assert_int_equal(data.carriage, -77 * n);
+    }
+}
+
+static void an_illegal_step_is_flagged_once(void **state)
+{
+    struct whole_board *whole = *state;
+    hal_host.encoders.illegal_steps = 5; // before the start: no matter of this run
+    start(whole);
+    whole_board_run_ms(whole, 3 * PERIOD_MS);
+    hal_host.encoders.illegal_steps = 6;
+    whole_board_run_ms(whole, 5 * PERIOD_MS);
+    stop(whole);
+    size_t flagged = 0;
+    for (size_t n = 0; n < whole_board_count(whole, BOARD_FRAME_DATA); n++)
+        flagged += (whole_board_data(whole, n).flags & BOARD_FLAG_ILLEGAL_STEP) != 0;
+    assert_int_equal(flagged, 1);
+    assert_int_equal(whole_board_counters(whole).illegal_steps, 6);
+}
+
+static void a_crc_error_costs_one_channel(void **state)
+{
+    struct whole_board *whole = *state;
+    start(whole);
+    whole->adc.corrupt_reads_after = 2; // the third conversion, accel_x
+    whole->adc.corrupt_reads = 1;
+    whole_board_run_ms(whole, 4 * PERIOD_MS);
+    struct data_frame hit = whole_board_data(whole, 0), next = whole_board_data(whole, 1);
+    assert_int_equal(hit.valid_mask, ALL_VALID & ~(1 << BOARD_CHANNEL_ACCEL_X));
+    assert_int_equal(hit.codes[BOARD_CHANNEL_ACCEL_X], 0);
+    assert_int_equal(hit.flags, BOARD_FLAG_ADC_ERROR);
+    assert_int_equal(next.valid_mask, ALL_VALID);
+    assert_int_equal(next.flags, 0);
+    assert_int_equal(whole_board_counters(whole).spi_crc_errors, 1);
+}
+
+static void random_crc_errors_never_give_a_wrong_code(void **state)
+{
+    struct whole_board *whole = *state;
+    uint32_t random = 8;
+    uint32_t expected_errors = 0;
+    start(whole);
+    for (int i = 0; i < 200; i++) {
+        whole->adc.corrupt_reads = next_random(&random) % 4;
+        expected_errors += whole->adc.corrupt_reads;
+        whole_board_run_ms(whole, PERIOD_MS);
+    }
+    stop(whole);
+    uint32_t missing = 0;
+    for (size_t n = 0; n < whole_board_count(whole, BOARD_FRAME_DATA); n++) {
+        struct data_frame data = whole_board_data(whole, n);
+        for (uint32_t channel = 0; channel < BOARD_CHANNEL_COUNT; channel++) {
+            bool valid = (data.valid_mask >> channel & 1) != 0;
+            assert_int_equal(data.codes[channel], valid ? 0x100000 + channel : 0);
+            missing += !valid;
+        }
+    }
+    struct health_frame health = whole_board_counters(whole);
+    assert_int_equal(health.spi_crc_errors, expected_errors);
+    // All but those that hit the housekeeping slot, of which there are two at most each second.
+    assert_in_range(missing, expected_errors - 4, expected_errors);
+    assert_true(expected_errors > 200);
+}
+
+static void a_left_out_channel_is_a_sequence_error(void **state)
+{
+    struct whole_board *whole = *state;
+    start(whole);
+    whole->adc.skip_channel = BOARD_CHANNEL_ACCEL_Y;
+    whole_board_run_ms(whole, 3 * PERIOD_MS);
+    struct data_frame data = whole_board_data(whole, 0);
+    assert_int_equal(data.valid_mask, ALL_VALID & ~(1 << BOARD_CHANNEL_ACCEL_Y));
+    assert_int_equal(data.codes[BOARD_CHANNEL_ACCEL_Z], 0x100000 + BOARD_CHANNEL_ACCEL_Z);
+    assert_int_equal(data.flags, BOARD_FLAG_ADC_ERROR);
+    whole_board_forget(whole);
+    whole->adc.skip_channel = BOARD_CHANNEL_EXCITATION; // the last: housekeeping comes in its place
+    whole_board_run_ms(whole, 3 * PERIOD_MS);
+    data = whole_board_data(whole, 1);
+    assert_int_equal(data.valid_mask, ALL_VALID & ~(1 << BOARD_CHANNEL_EXCITATION));
+    assert_int_equal(data.flags, BOARD_FLAG_ADC_ERROR);
+    assert_true(whole_board_counters(whole).adc_sequence_errors >= 4);
+}
+
+static void a_silent_adc_gives_marked_records_at_the_full_rate(void **state)
+{
+    struct whole_board *whole = *state;
+    start(whole);
+    whole->adc.stalled = true;
+    whole_board_run_ms(whole, 20 * PERIOD_MS);
+    uint32_t scheduled = stop(whole);
+    assert_in_range(scheduled, 18, 21);
+    assert_int_equal(whole_board_count(whole, BOARD_FRAME_DATA), scheduled);
+    for (uint32_t n = 0; n < scheduled; n++) {
+        struct data_frame data = whole_board_data(whole, n);
+        assert_int_equal(data.sequence, n);
+        assert_int_equal(data.valid_mask, 0);
+        assert_int_equal(data.flags, BOARD_FLAG_OVERRUN);
+    }
+    assert_int_equal(whole_board_counters(whole).scan_overruns, scheduled);
+}
+
+static void a_stall_within_a_scan_keeps_what_was_read(void **state)
+{
+    struct whole_board *whole = *state;
+    struct start_response response = start(whole);
+    whole_board_run_until(whole, response.first_tick + 7644); // 3.5 conversions of 1.092 ms
+    whole->adc.stalled = true;
+    whole_board_run_ms(whole, PERIOD_MS);
+    whole->adc.stalled = false;
+    whole_board_run_ms(whole, 2 * PERIOD_MS);
+    struct data_frame cut = whole_board_data(whole, 0);
+    assert_int_equal(cut.valid_mask, 0x07);
+    assert_int_equal(cut.flags, BOARD_FLAG_OVERRUN);
+    struct data_frame last =
+        whole_board_data(whole, whole_board_count(whole, BOARD_FRAME_DATA) - 1);
+    assert_int_equal(last.valid_mask, ALL_VALID);
+}
+
+static void ticks_missed_by_a_sleeping_main_loop_are_counted_and_marked(void **state)
+{
+    struct whole_board *whole = *state;
+    start(whole);
+    whole_board_run_ms(whole, 5 * PERIOD_MS);
+    hal_host_advance(5 * 20000); // five ticks in which the main loop does not run
+    whole_board_run_ms(whole, 5 * PERIOD_MS);
+    uint32_t scheduled = stop(whole);
+    struct health_frame health = whole_board_counters(whole);
+    assert_int_equal(health.missed_ticks, 4); // the fifth is still waiting when the loop wakes up
+    size_t records = whole_board_count(whole, BOARD_FRAME_DATA);
+    assert_int_equal(records, scheduled - health.missed_ticks);
+    size_t marked = 0;
+    for (size_t n = 1; n < records; n++) {
+        struct data_frame before = whole_board_data(whole, n - 1), data = whole_board_data(whole, n);
+        uint16_t step = (uint16_t)(data.sequence - before.sequence);
+        assert_int_equal(data.ticks - before.ticks, step * 20000u);
+        assert_int_equal((data.flags & BOARD_FLAG_MISSED_TICK) != 0, step != 1);
+        marked += step != 1;
+    }
+    assert_int_equal(marked, 1);
+}
+
+static void stop_waits_for_the_running_scan(void **state)
+{
+    struct whole_board *whole = *state;
+    uint32_t random = 3;
+    for (int round = 0; round < 50; round++) {
+        start(whole);
+        whole_board_run_ms(whole, 20);
+        hal_host_advance(next_random(&random) % 20000); // anywhere in the period, main loop asleep
+        uint32_t scheduled = stop(whole);
+        uint32_t missed = whole_board_counters(whole).missed_ticks;
+        size_t records = whole_board_count(whole, BOARD_FRAME_DATA);
+        assert_int_equal(missed, 0);
+        assert_int_equal(records, scheduled);
+        // The last data frame comes before the response; nothing comes behind it.
+        assert_int_equal(whole->frames[whole->frame_count - 1].payload[0],
+                         BOARD_COMMAND_COUNTERS | BOARD_WIRE_RESPONSE_BIT);
+        assert_int_equal(whole->frames[whole->frame_count - 2].payload[0],
+                         BOARD_COMMAND_STOP | BOARD_WIRE_RESPONSE_BIT);
+        assert_false(hal_host.sync_high);
+        whole_board_run_ms(whole, 30);
+        assert_int_equal(whole_board_count(whole, BOARD_FRAME_DATA), records);
+        whole_board_forget(whole);
+    }
+}
+
+static void housekeeping_is_read_once_a_second_from_each_source_in_turn(void **state)
+{
+    struct whole_board *whole = *state;
+    start(whole);
+    whole->adc.inputs[6] = 0x8AAAAA;
+    whole_board_run_ms(whole, 500);
+    whole->adc.inputs[6] = 0x555555;
+    for (int i = 0; i < 2; i++) {
+        whole_board_run_ms(whole, 900);
+        struct health_frame health = whole_board_counters(whole);
+        assert_int_equal(health.adc_temperature_code, 0x8AAAAA);
+        assert_int_equal(health.supply_code, 0x555555);
+        whole->adc.inputs[6] = 0x8AAAAA;
+    }
+    assert_int_equal(whole->adc.writes_while_running, 0);
+    assert_int_equal(whole_board_counters(whole).scan_overruns, 0);
+}
+
+static void a_full_transmit_buffer_drops_whole_records_and_counts_them(void **state)
+{
+    struct whole_board *whole = *state;
+    start(whole);
+    whole_board_run_ms(whole, 5 * PERIOD_MS);
+    hal_host.tx_space = 0;
+    whole_board_run_ms(whole, 5 * PERIOD_MS);
+    hal_host.tx_space = 255;
+    whole_board_run_ms(whole, 5 * PERIOD_MS);
+    uint32_t scheduled = stop(whole);
+    uint32_t dropped = whole_board_counters(whole).dropped_frames;
+    assert_in_range(dropped, 4, 6);
+    assert_int_equal(whole_board_count(whole, BOARD_FRAME_DATA) + dropped, scheduled);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, power_up, power_down)
+    const struct CMUnitTest tests[] = {
+        TEST(every_tick_becomes_one_complete_record),
+        TEST(every_rate_keeps_its_period),
+        TEST(encoders_are_those_at_the_tick),
+        TEST(an_illegal_step_is_flagged_once),
+        TEST(a_crc_error_costs_one_channel),
+        TEST(random_crc_errors_never_give_a_wrong_code),
+        TEST(a_left_out_channel_is_a_sequence_error),
+        TEST(a_silent_adc_gives_marked_records_at_the_full_rate),
+        TEST(a_stall_within_a_scan_keeps_what_was_read),
+        TEST(ticks_missed_by_a_sleeping_main_loop_are_counted_and_marked),
+        TEST(stop_waits_for_the_running_scan),
+        TEST(housekeeping_is_read_once_a_second_from_each_source_in_turn),
+        TEST(a_full_transmit_buffer_drops_whole_records_and_counts_them),
+    };
+    return cmocka_run_group_tests_name("scan", tests, NULL, NULL);
+}
