@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "body.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "error.hpp"
+#include "rotation.hpp"
+
+namespace sim_core {
+
+namespace {
+
+/// Force and moment in body axes with their derivatives with respect to everything they depend on, each a
+/// 3×3 block: relative velocity, angular velocity, acceleration, angular acceleration (all body axes), turning of
+/// the body at fixed tank-axes vectors, and height of the origin.
+struct WrenchWithDerivatives {
+    Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+    Mat3 force_v = Mat3::Zero(), moment_v = Mat3::Zero();
+    Mat3 force_w = Mat3::Zero(), moment_w = Mat3::Zero();
+    Mat3 force_a = Mat3::Zero(), moment_a = Mat3::Zero();
+    Mat3 force_alpha = Mat3::Zero(), moment_alpha = Mat3::Zero();
+    Mat3 force_turn = Mat3::Zero(), moment_turn = Mat3::Zero();
+    Vec3 force_z = Vec3::Zero(), moment_z = Vec3::Zero();
+
+    /// Adds a force that acts at r and scales with an immersed fraction; z is the height of r above the origin as
+    /// row of its derivative with respect to turning.
+    void add_wetted(const Vec3& at, const Vec3& f, double wet_z, const Vec3& z_turn) {
+        const Vec3 m = at.cross(f);
+        force_z += wet_z * f;
+        moment_z += wet_z * m;
+        force_turn += wet_z * f * z_turn.transpose();
+        moment_turn += wet_z * m * z_turn.transpose();
+    }
+};
+
+}  // namespace
+
+BodyForce::BodyForce(const std::string& name, const Body& body, const Water& water) : body_(body) {
+    const auto require = [&name](bool holds, const char* what) {
+        if (!holds) throw InvalidInput("body '" + name + "': " + what);
+    };
+    require(body.mass > 0.0, "mass must be above 0");
+    require(body.length > 0.0 && body.diameter > 0.0, "length and diameter must be above 0");
+    require(body.volume >= 0.0, "volume must not be below 0");
+    require(body.axial_drag >= 0.0 && body.cross_flow_drag >= 0.0, "drag coefficients must not be below 0");
+    require(body.munk_moment >= 0.0 && body.munk_moment <= 1.0, "munk_moment must lie between 0 and 1");
+    require(body.strips >= 1, "strips must be at least 1");
+    for (const double added : body.added_mass) require(added >= 0.0, "added_mass must not be below 0");
+    const Vec3& g = body.centre_of_gravity;
+    const Mat3 about_cg = Mat3(body.inertia.asDiagonal()) -
+                          body.mass * (g.squaredNorm() * Mat3::Identity() - g * g.transpose());
+    require(Eigen::SelfAdjointEigenSolver<Mat3>(about_cg).eigenvalues().minCoeff() > 0.0,
+            "inertia about the origin is too small for the mass and centre_of_gravity");
+    for (const Fin& fin : body.fins) {
+        require(fin.area > 0.0, "a fin's area must be above 0");
+        require(fin.stall_angle > 0.0 && fin.stall_angle <= 0.5 * std::numbers::pi,
+                "a fin's stall_angle must lie between 0 and pi/2 rad");
+        require(fin.lift_slope >= 0.0 && fin.drag >= 0.0 && fin.cross_flow_drag >= 0.0,
+                "a fin's coefficients must not be below 0");
+        require(fin.normal.norm() > 1e-6, "a fin's normal must not be zero");
+        fins_.emplace_back(fin, water.density);
+    }
+    added_mass_ = {body.added_mass[0], body.added_mass[1], body.added_mass[2]};
+    added_inertia_ = {body.added_mass[3], body.added_mass[4], body.added_mass[5]};
+    strip_length_ = body.length / body.strips;
+    strip_drag_ = 0.5 * water.density * body.cross_flow_drag * body.diameter * strip_length_;
+    strip_buoyancy_ = water.density * water.gravity * body.volume / body.strips;
+    axial_drag_ = 0.5 * water.density * body.axial_drag * 0.25 * std::numbers::pi * body.diameter * body.diameter;
+}
+
+void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& force, Vec3& moment,
+                         BodyJacobian& jacobian) const {
+    const Mat3& R = motion.rotation;
+    const Mat3 Rt = R.transpose();
+    const Vec3& w = motion.angular_velocity;
+    const Vec3& alpha = motion.angular_acceleration;
+    const Vec3 a = Rt * motion.acceleration;
+    const Vec3 v = Rt * (motion.velocity - water.velocity_at(motion.position));  // through the water
+    const Vec3 up = Rt.col(2);
+    const Mat3 W = skew(w);
+    WrenchWithDerivatives s;
+
+    // Weight at the centre of gravity, rigid-body inertia about the origin
+    const double m = body_.mass;
+    const Vec3& c = body_.centre_of_gravity;
+    const Mat3 C = skew(c);
+    const Vec3 weight = -m * water.gravity * up;
+    const Vec3 spin = w.cross(c);
+    const Vec3 Iw = body_.inertia.cwiseProduct(w);
+    s.force = weight - m * (a + alpha.cross(c) + w.cross(spin));
+    s.moment = c.cross(weight - m * a) - body_.inertia.cwiseProduct(alpha) - w.cross(Iw);
+    const Mat3 weight_turn = -m * water.gravity * skew(up);
+    s.force_turn += weight_turn;
+    s.moment_turn += C * weight_turn;
+    s.force_a = -m * Mat3::Identity();
+    s.moment_a = -m * C;
+    s.force_alpha = m * C;
+    s.moment_alpha = -Mat3(body_.inertia.asDiagonal());
+    s.force_w = m * (skew(spin) + W * C);
+    s.moment_w = skew(Iw) - W * body_.inertia.asDiagonal();
+
+    // Strips along the hull: buoyancy and cross-flow drag with the local flow
+    double wet = 0.0;        // mean immersed fraction
+    double wet_z = 0.0;      // … its derivative with respect to the height of the origin
+    Vec3 wet_turn = Vec3::Zero();
+    const double inverse_radius = 2.0 / body_.diameter;
+    const double share = 1.0 / body_.strips;
+    for (int i = 0; i < body_.strips; ++i) {
+        const double x = (i + 0.5) * strip_length_ - 0.5 * body_.length;
+        const Wetness strip = wetness(-(motion.position.z() + R(2, 0) * x) * inverse_radius);
+        if (strip.fraction == 0.0) continue;
+        const double u_y = -v.y() - w.z() * x;
+        const double u_z = -v.z() + w.y() * x;
+        const double speed = std::sqrt(u_y * u_y + u_z * u_z);
+        const double k = strip_drag_ * strip.fraction;
+        const double drag_y = k * speed * u_y;
+        const double drag_z = k * speed * u_z;
+        s.force.y() += drag_y;
+        s.force.z() += drag_z;
+        s.moment.y() -= x * drag_z;
+        s.moment.z() += x * drag_y;
+        if (speed > 0.0) {
+            const double yy = k * (speed + u_y * u_y / speed);
+            const double yz = k * u_y * u_z / speed;
+            const double zz = k * (speed + u_z * u_z / speed);
+            // d(u_y, u_z)/dv = −1; d u_y/d w_z = −x; d u_z/d w_y = x
+            s.force_v(1, 1) -= yy;
+            s.force_v(1, 2) -= yz;
+            s.force_v(2, 1) -= yz;
+            s.force_v(2, 2) -= zz;
+            s.force_w(1, 1) += x * yz;
+            s.force_w(1, 2) -= x * yy;
+            s.force_w(2, 1) += x * zz;
+            s.force_w(2, 2) -= x * yz;
+            s.moment_v(1, 1) += x * yz;
+            s.moment_v(1, 2) += x * zz;
+            s.moment_v(2, 1) -= x * yy;
+            s.moment_v(2, 2) -= x * yz;
+            s.moment_w(1, 1) -= x * x * zz;
+            s.moment_w(1, 2) += x * x * yz;
+            s.moment_w(2, 1) += x * x * yz;
+            s.moment_w(2, 2) -= x * x * yy;
+        }
+        wet += share * strip.fraction;
+        const Vec3 at(x, 0.0, 0.0);
+        const Vec3 buoyancy = strip_buoyancy_ * up;
+        s.force += strip.fraction * buoyancy;
+        s.moment += strip.fraction * at.cross(buoyancy);
+        const Mat3 buoyancy_turn = strip.fraction * strip_buoyancy_ * skew(up);
+        s.force_turn += buoyancy_turn;
+        s.moment_turn += skew(at) * buoyancy_turn;
+        if (strip.slope != 0.0) {
+            const double slope = -strip.slope * inverse_radius;
+            const Vec3 z_turn = at.cross(up);  // d(R at)_z = up · (δφ × at) = δφ · (at × up)
+            const Vec3 full = buoyancy + strip_drag_ * speed * Vec3(0.0, u_y, u_z);
+            s.add_wetted(at, full, slope, z_turn);
+            wet_z += share * slope;
+            wet_turn += share * slope * z_turn;
+        }
+    }
+
+    // Axial drag and added mass, with the mean immersed fraction
+    const double k = body_.munk_moment;
+    const Vec3 P = added_mass_.cwiseProduct(v);
+    const Vec3 Q = added_inertia_.cwiseProduct(w);
+    const Mat3 Ma = added_mass_.asDiagonal();
+    const Mat3 Ja = added_inertia_.asDiagonal();
+    const Mat3 V = skew(v);
+    Vec3 hull_force = k * (added_mass_.cwiseProduct(w.cross(v)) - w.cross(P)) - added_mass_.cwiseProduct(a);
+    hull_force.x() -= axial_drag_ * std::abs(v.x()) * v.x();
+    const Vec3 hull_moment = -added_inertia_.cwiseProduct(alpha) - w.cross(Q) - k * v.cross(P);
+    s.force += wet * hull_force;
+    s.moment += wet * hull_moment;
+    s.force_v += (wet * k) * (Ma * W - W * Ma);
+    s.force_v(0, 0) -= wet * 2.0 * axial_drag_ * std::abs(v.x());
+    s.force_w += (wet * k) * (skew(P) - Ma * V);
+    s.moment_v += (wet * k) * (skew(P) - V * Ma);
+    s.moment_w += wet * (skew(Q) - W * Ja);
+    s.force_a -= wet * Ma;
+    s.moment_alpha -= wet * Ja;
+    s.force_z += wet_z * hull_force;
+    s.moment_z += wet_z * hull_moment;
+    s.force_turn += hull_force * wet_turn.transpose();
+    s.moment_turn += hull_moment * wet_turn.transpose();
+
+    for (const FinForce& fin : fins_) {
+        const Vec3& at = fin.position();
+        const Wetness immersion = wetness(-(motion.position.z() + R.row(2).dot(at)) / fin.half_height());
+        if (immersion.fraction == 0.0) continue;
+        Vec3 lift;
+        Mat3 lift_flow;
+        fin.evaluate(-v - w.cross(at), lift, lift_flow);
+        const Mat3 A = skew(at);
+        const Mat3 wetted_flow = immersion.fraction * lift_flow;
+        const Mat3 flow_w = wetted_flow * A;  // d(−w × at)/dw = skew(at)
+        s.force += immersion.fraction * lift;
+        s.moment += immersion.fraction * at.cross(lift);
+        s.force_v -= wetted_flow;
+        s.moment_v -= A * wetted_flow;
+        s.force_w += flow_w;
+        s.moment_w += A * flow_w;
+        if (immersion.slope != 0.0) s.add_wetted(at, lift, -immersion.slope / fin.half_height(), at.cross(up));
+    }
+
+    force = R * s.force;
+    moment = s.moment;
+
+    // Chain rule: v and a are tank vectors seen from the body, so turning by φ changes them by v × φ;
+    // the force is turned back to tank axes.
+    jacobian.position.setZero();
+    jacobian.position.block<3, 1>(0, 2) = R * s.force_z;
+    jacobian.position.block<3, 1>(3, 2) = s.moment_z;
+    jacobian.position.block<3, 3>(0, 3) = R * (s.force_turn + s.force_v * V + s.force_a * skew(a) - skew(s.force));
+    jacobian.position.block<3, 3>(3, 3) = s.moment_turn + s.moment_v * V + s.moment_a * skew(a);
+    jacobian.velocity.block<3, 3>(0, 0) = R * s.force_v * Rt;
+    jacobian.velocity.block<3, 3>(0, 3) = R * s.force_w;
+    jacobian.velocity.block<3, 3>(3, 0) = s.moment_v * Rt;
+    jacobian.velocity.block<3, 3>(3, 3) = s.moment_w;
+    jacobian.acceleration.block<3, 3>(0, 0) = R * s.force_a * Rt;
+    jacobian.acceleration.block<3, 3>(0, 3) = R * s.force_alpha;
+    jacobian.acceleration.block<3, 3>(3, 0) = s.moment_a * Rt;
+    jacobian.acceleration.block<3, 3>(3, 3) = s.moment_alpha;
+}
+
+}  // namespace sim_core

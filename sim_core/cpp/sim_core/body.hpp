@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tow-fish: a rigid body with six degrees of freedom in water (Kirchhoff's equations).
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "fin.hpp"
+#include "types.hpp"
+#include "water.hpp"
+
+namespace sim_core {
+
+/// Description of a body. Body axes: x forward, y to port, z up; origin at mid-hull, which is the
+/// centre of buoyancy. The hull is a straight cylinder of `length` and `diameter` about the x axis.
+struct Body {
+    double mass = 0.0;                          ///< kg, enclosed water included
+    Vec3 inertia = Vec3::Zero();                ///< Ixx, Iyy, Izz about the origin, kg·m²
+    Vec3 centre_of_gravity = Vec3::Zero();      ///< m
+    double volume = 0.0;                        ///< m³, envelope; buoyancy acts at the origin
+    double diameter = 0.0;                      ///< m
+    double length = 0.0;                        ///< m
+    std::array<double, 6> added_mass{};         ///< diagonal: x, y, z (kg); roll, pitch, yaw (kg·m²)
+    double axial_drag = 0.0;                    ///< coefficient on the frontal area π d²/4
+    double cross_flow_drag = 0.0;               ///< coefficient on d·dx of each strip
+    /// Share of the convective part of the added-mass wrench, from 0 to 1. At 1 Kirchhoff's equations
+    /// hold in full, Munk moment included. At 0 the added mass resists the acceleration of each part of the hull
+    /// in tank axes and nothing else (Morison's form): neither the Munk moment nor the forces that come with it.
+    double munk_moment = 1.0;
+    int strips = 20;                            ///< along the hull, for cross-flow drag and immersion
+    std::vector<Fin> fins;
+};
+
+/// Position and motion of a body: translation in tank axes, rotation in body axes.
+struct BodyMotion {
+    const Vec3& position;               ///< of the origin, m
+    const Mat3& rotation;               ///< body axes → tank axes
+    const Vec3& velocity;               ///< m/s, tank axes
+    const Vec3& acceleration;           ///< m/s², tank axes
+    const Vec3& angular_velocity;       ///< rad/s, body axes
+    const Vec3& angular_acceleration;   ///< rad/s², body axes
+};
+
+/// Derivatives of (force in tank axes, moment in body axes) with respect to (position, rotation vector
+/// in body axes), (velocity, angular velocity), (acceleration, angular acceleration).
+struct BodyJacobian {
+    Mat6 position;
+    Mat6 velocity;
+    Mat6 acceleration;
+};
+
+/// A body in its water, prepared for evaluation.
+class BodyForce {
+  public:
+    /// Throws InvalidInput naming `name` if the description is impossible.
+    BodyForce(const std::string& name, const Body& body, const Water& water);
+
+    /// Sum of external and inertia forces (F − M a) without the lines': force in tank axes, moment about the
+    /// origin in body axes; and their derivatives.
+    void evaluate(const Water& water, const BodyMotion& motion, Vec3& force, Vec3& moment,
+                  BodyJacobian& jacobian) const;
+
+    const Body& body() const { return body_; }
+
+  private:
+    Body body_;
+    std::vector<FinForce> fins_;
+    Vec3 added_mass_;
+    Vec3 added_inertia_;
+    double strip_length_;
+    double strip_drag_;      ///< ½ρ Cd d Δx, N/(m/s)²
+    double strip_buoyancy_;  ///< N
+    double axial_drag_;      ///< ½ρ Cd π d²/4, N/(m/s)²
+};
+
+}  // namespace sim_core

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "energy.hpp"
+
+#include "segment.hpp"
+
+namespace sim_core {
+
+Energy energy(const State& state) {
+    const Model& model = *state.model;
+    const Water& water = model.water;
+    Energy e{0.0, 0.0, 0.0};
+    const auto immersed = [](double z) { return z < 0.0 ? 1.0 : 0.0; };
+    for (const Model::Segment& segment : model.segments) {
+        const SegmentConstants& c = model.segment_constants[segment.line];
+        const Vec3& a = state.position[segment.site[0]];
+        const Vec3& b = state.position[segment.site[1]];
+        const Vec3 t = (b - a).normalized();
+        e.elastic += segment_elastic_energy(c, a, b);
+        for (const int site : segment.site) {
+            if (!model.is_free(site) && !model.is_attached(site)) continue;
+            const Vec3& v = state.velocity[site];
+            const double z = state.position[site].z();
+            const Vec3 across = v - v.dot(t) * t;
+            e.kinetic += 0.5 * (c.half_mass * v.squaredNorm() +
+                                immersed(z) * c.half_added_mass * across.squaredNorm());
+            e.gravity += (c.half_weight - immersed(z) * c.half_buoyancy) * z;
+        }
+    }
+    for (const Model::Point& point : model.points) {
+        if (point.prescribed) continue;
+        const FreePoint& p = point.properties;
+        const double z = state.position[point.site].z();
+        e.kinetic += 0.5 * (p.mass + immersed(z) * p.added_mass) * state.velocity[point.site].squaredNorm();
+        e.gravity += (p.mass - immersed(z) * water.density * p.volume) * water.gravity * z;
+    }
+    for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+        const Body& body = model.bodies[b].force.body();
+        const int entry = state.body_entry(static_cast<int>(b));
+        const Quat& attitude = state.bodies[b].attitude;
+        const Vec3 v = attitude.conjugate() * state.velocity[entry];
+        const Vec3& w = state.velocity[entry + 1];
+        const double z = state.position[entry].z();
+        const Vec3 added_mass(body.added_mass[0], body.added_mass[1], body.added_mass[2]);
+        const Vec3 added_inertia(body.added_mass[3], body.added_mass[4], body.added_mass[5]);
+        e.kinetic += 0.5 * (body.mass * v.squaredNorm() + body.inertia.dot(w.cwiseAbs2())) +
+                     body.mass * v.dot(w.cross(body.centre_of_gravity)) +
+                     0.5 * immersed(z) * (added_mass.dot(v.cwiseAbs2()) + added_inertia.dot(w.cwiseAbs2()));
+        const double cg_z = z + (attitude * body.centre_of_gravity).z();
+        e.gravity += body.mass * water.gravity * cg_z - immersed(z) * water.density * water.gravity * body.volume * z;
+    }
+    return e;
+}
+
+}  // namespace sim_core

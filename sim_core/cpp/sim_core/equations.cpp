@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "equations.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "rotation.hpp"
+
+namespace sim_core {
+
+namespace {
+
+/// Forces on a point: weight, buoyancy, drag and inertia of a sphere; and what its derivatives need.
+struct PointForce {
+    Vec3 flow;
+    double speed;
+    double fraction;
+    double fraction_z;
+    Vec3 immersed;
+    Vec3 total;
+    double drag;
+};
+
+PointForce point_force(const Model& model, const FreePoint& point, const State& state, int site) {
+    const Water& water = model.water;
+    PointForce f;
+    const double radius = std::cbrt(0.75 / std::numbers::pi * point.volume);
+    const double z = state.position[site].z();
+    if (radius > 0.0) {
+        const Wetness w = wetness(-z / radius);
+        f.fraction = w.fraction;
+        f.fraction_z = -w.slope / radius;
+    } else {
+        f.fraction = z < 0.0 ? 1.0 : 0.0;
+        f.fraction_z = 0.0;
+    }
+    f.flow = water.velocity_at(state.position[site]) - state.velocity[site];
+    f.speed = f.flow.norm();
+    f.drag = 0.5 * water.density * point.drag_area;
+    f.immersed = (f.drag * f.speed) * f.flow - point.added_mass * state.acceleration[site];
+    f.immersed.z() += water.density * water.gravity * point.volume;
+    f.total = f.fraction * f.immersed - point.mass * state.acceleration[site];
+    f.total.z() -= point.mass * water.gravity;
+    return f;
+}
+
+/// How an attached end moves with its body: position, velocity and acceleration of the end per rotation unknown.
+struct AttachedEnd {
+    Mat3 position, velocity, acceleration;
+    Mat3 arm;           ///< moment in body axes of a force in tank axes
+    Mat3 moment_turn;   ///< change of the moment of the present force per rotation unknown
+};
+
+AttachedEnd attached_end(const State& state, const Model::Attachment& attachment, const Vec3& force,
+                         const Rates& rates) {
+    const int entry = state.body_entry(attachment.body);
+    const Mat3 R = state.bodies[attachment.body].attitude.toRotationMatrix();
+    const Mat3 T = rates.position * right_jacobian(state.position[entry + 1]);
+    const Vec3& omega = state.velocity[entry + 1];
+    const Vec3& alpha = state.acceleration[entry + 1];
+    const Vec3& r = attachment.place;
+    const Vec3 spin = omega.cross(r);
+    const Mat3 r_cross = skew(r);
+    AttachedEnd end;
+    end.position = -R * r_cross * T;
+    end.velocity = -R * (skew(spin) * T + rates.velocity * r_cross);
+    end.acceleration = -R * (skew(alpha.cross(r) + omega.cross(spin)) * T +
+                             rates.velocity * (skew(spin) + skew(omega) * r_cross) + rates.acceleration * r_cross);
+    end.arm = r_cross * R.transpose();
+    end.moment_turn = r_cross * skew(R.transpose() * force) * T;
+    return end;
+}
+
+}  // namespace
+
+Equations::Equations(std::shared_ptr<const Model> model)
+    : model_(std::move(model)),
+      solver_(model_->structure),
+      segments_(model_->segments.size()),
+      bodies_(model_->bodies.size()),
+      site_force_(model_->sites()),
+      residual_(model_->blocks()),
+      block_length_(model_->blocks(), 1.0) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        block_length_[model_->rotation_block(static_cast<int>(b))] = 0.5 * model_->bodies[b].force.body().length;
+    }
+}
+
+void Equations::evaluate(const State& state) {
+    const Model& m = *model_;
+    for (Vec3& force : site_force_) force.setZero();
+    for (std::size_t i = 0; i < m.segments.size(); ++i) {
+        const int a = m.segments[i].site[0];
+        const int b = m.segments[i].site[1];
+        segment_forces(m.segment_constants[m.segments[i].line], m.water,
+                       {state.position[a], state.velocity[a], state.acceleration[a]},
+                       {state.position[b], state.velocity[b], state.acceleration[b]}, segments_[i]);
+        site_force_[a] += segments_[i].a.force;
+        site_force_[b] += segments_[i].b.force;
+    }
+    for (const Model::Point& point : m.points) {
+        if (!point.prescribed) site_force_[point.site] += point_force(m, point.properties, state, point.site).total;
+    }
+    for (int i = 0; i < m.free_sites; ++i) residual_[i] = site_force_[i];
+    for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+        const int body = static_cast<int>(b);
+        const int entry = state.body_entry(body);
+        const Mat3 rotation = state.bodies[b].attitude.toRotationMatrix();
+        m.bodies[b].force.evaluate(m.water,
+                                   {state.position[entry], rotation, state.velocity[entry], state.acceleration[entry],
+                                    state.velocity[entry + 1], state.acceleration[entry + 1]},
+                                   residual_[m.translation_block(body)], residual_[m.rotation_block(body)],
+                                   bodies_[b]);
+    }
+    for (std::size_t i = 0; i < m.attachments.size(); ++i) {
+        const Model::Attachment& attachment = m.attachments[i];
+        const Vec3& force = site_force_[m.first_attached_site() + i];
+        residual_[m.translation_block(attachment.body)] += force;
+        residual_[m.rotation_block(attachment.body)] +=
+            attachment.place.cross(state.bodies[attachment.body].attitude.conjugate() * force);
+    }
+}
+
+double Equations::residual_norm(int& where) const {
+    double largest = 0.0;
+    where = 0;
+    for (std::size_t i = 0; i < residual_.size(); ++i) {
+        const double size = residual_[i].squaredNorm() / (block_length_[i] * block_length_[i]);
+        if (!(size <= largest)) {  // also true for NaN
+            largest = size;
+            where = static_cast<int>(i);
+            if (!std::isfinite(size)) return std::numeric_limits<double>::infinity();
+        }
+    }
+    return std::sqrt(largest);
+}
+
+double Equations::displacement_norm(const std::vector<Vec3>& displacement) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < displacement.size(); ++i) {
+        sum += displacement[i].squaredNorm() * block_length_[i] * block_length_[i];
+    }
+    return std::sqrt(sum / static_cast<double>(displacement.size()));
+}
+
+void Equations::assemble(const State& state, const Rates& rates) {
+    const Model& m = *model_;
+    std::vector<Mat3>& J = solver_.blocks();
+    for (Mat3& block : J) block.setZero();
+
+    SegmentJacobian& s = segment_jacobian_;
+    for (std::size_t i = 0; i < m.segments.size(); ++i) {
+        const Model::Segment& segment = m.segments[i];
+        segment_jacobian(m.segment_constants[segment.line], segments_[i], s);
+        if (m.is_attached(segment.site[0]) || m.is_attached(segment.site[1])) {
+            add_attached_segment(state, static_cast<int>(i), rates);
+            continue;
+        }
+        for (int end = 0; end < 2; ++end) {
+            const int own = segment.slot[2 * end][2 * end];
+            if (own < 0) continue;
+            J[own] += rates.position * s.position[end][end] + rates.velocity * s.velocity[end][end] +
+                      rates.acceleration * s.acceleration[end];
+            const int other = segment.slot[2 * end][2 - 2 * end];
+            if (other >= 0) J[other] += rates.position * s.position[end][1 - end] + rates.velocity * s.velocity[end][1 - end];
+        }
+    }
+
+    for (const Model::Point& point : m.points) {
+        if (point.prescribed) continue;
+        const FreePoint& p = point.properties;
+        const PointForce f = point_force(m, p, state, point.site);
+        Mat3& own = J[point.site];
+        const double k = rates.velocity * f.fraction * f.drag;
+        if (f.speed > 0.0) own -= (k / f.speed) * f.flow * f.flow.transpose();
+        own.diagonal().array() -= k * f.speed + rates.acceleration * (p.mass + f.fraction * p.added_mass);
+        own.col(2) += rates.position * f.fraction_z * f.immersed;
+    }
+
+    for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+        const int translation = m.translation_block(static_cast<int>(b));
+        const int rotation = m.rotation_block(static_cast<int>(b));
+        const BodyJacobian& body = bodies_[b];
+        const Mat3 T = rates.position * right_jacobian(state.position[state.body_entry(static_cast<int>(b)) + 1]);
+        const int rows[2] = {translation, rotation};
+        for (int row = 0; row < 2; ++row) {
+            J[m.structure.slot(rows[row], translation)] += rates.position * body.position.block<3, 3>(3 * row, 0) +
+                                                           rates.velocity * body.velocity.block<3, 3>(3 * row, 0) +
+                                                           rates.acceleration *
+                                                               body.acceleration.block<3, 3>(3 * row, 0);
+            J[m.structure.slot(rows[row], rotation)] += body.position.block<3, 3>(3 * row, 3) * T +
+                                                        rates.velocity * body.velocity.block<3, 3>(3 * row, 3) +
+                                                        rates.acceleration *
+                                                            body.acceleration.block<3, 3>(3 * row, 3);
+        }
+    }
+}
+
+void Equations::add_attached_segment(const State& state, int index, const Rates& rates) {
+    const Model& m = *model_;
+    const Model::Segment& segment = m.segments[index];
+    const SegmentJacobian& s = segment_jacobian_;
+    std::vector<Mat3>& J = solver_.blocks();
+    const Vec3* force[2] = {&segments_[index].a.force, &segments_[index].b.force};
+    AttachedEnd end[2];
+    for (int i = 0; i < 2; ++i) {
+        if (m.is_attached(segment.site[i])) {
+            end[i] = attached_end(state, m.attachments[m.attachment_of(segment.site[i])], *force[i], rates);
+        }
+    }
+    const auto add = [&](int row, int column, const Mat3& value) {
+        if (segment.slot[row][column] >= 0) J[segment.slot[row][column]] += value;
+    };
+    for (int row = 0; row < 2; ++row) {
+        const bool row_attached = m.is_attached(segment.site[row]);
+        for (int column = 0; column < 2; ++column) {
+            const Mat3 own_acceleration = row == column ? s.acceleration[row] : Mat3(Mat3::Zero());
+            const Mat3 translation = rates.position * s.position[row][column] + rates.velocity * s.velocity[row][column] +
+                                     rates.acceleration * own_acceleration;
+            add(2 * row, 2 * column, translation);
+            if (row_attached) add(2 * row + 1, 2 * column, end[row].arm * translation);
+            if (!m.is_attached(segment.site[column])) continue;
+            const Mat3 rotation = s.position[row][column] * end[column].position +
+                                  s.velocity[row][column] * end[column].velocity +
+                                  own_acceleration * end[column].acceleration;
+            add(2 * row, 2 * column + 1, rotation);
+            if (row_attached) add(2 * row + 1, 2 * column + 1, end[row].arm * rotation);
+        }
+        if (row_attached) add(2 * row + 1, 2 * row + 1, end[row].moment_turn);
+    }
+}
+
+void Equations::solve(std::vector<Vec3>& displacement) const {
+    for (std::size_t i = 0; i < residual_.size(); ++i) displacement[i] = -residual_[i];
+    solver_.solve(displacement);
+}
+
+}  // namespace sim_core

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "block_solver.hpp"
+#include "model.hpp"
+#include "state.hpp"
+
+namespace sim_core {
+
+/// How position, velocity and acceleration follow the unknowns of a linear system. An integrator solves for
+/// positions, so {1, dv/dx, da/dx}; {0, 0, 1} gives the mass matrix.
+struct Rates {
+    double position;
+    double velocity;      ///< 1/s
+    double acceleration;  ///< 1/s²
+};
+
+/// The equations of motion F(position, velocity, acceleration) = external forces − inertia = 0, with their
+/// analytic Jacobian. Holds the workspace for one simulation; nothing is allocated after construction.
+class Equations {
+  public:
+    explicit Equations(std::shared_ptr<const Model> model);
+
+    /// Evaluates F at the state (whose attachments must follow its bodies) into residual().
+    void evaluate(const State& state);
+
+    /// Per block: force in tank axes (N), or moment about the body's origin in body axes (N·m).
+    const std::vector<Vec3>& residual() const { return residual_; }
+
+    /// Largest residual, N; moments are divided by half the body's length. `where` gets its block.
+    double residual_norm(int& where) const;
+
+    /// Root mean square over blocks, m; rotations count with half the body's length.
+    double displacement_norm(const std::vector<Vec3>& displacement) const;
+
+    /// Assembles the matrix of dF for dx = rates.position u, dv = rates.velocity u, da = rates.acceleration u at
+    /// the last evaluated state.
+    void assemble(const State& state, const Rates& rates);
+    const std::vector<Mat3>& jacobian_blocks() const { return solver_.blocks(); }
+
+    /// Factors the assembled Jacobian (in place) and solves J dx = −residual.
+    void factor() { solver_.factor(); }
+    void solve(std::vector<Vec3>& displacement) const;
+
+    /// Tension of a segment at the last evaluated state, N.
+    double tension(int segment) const { return segments_[segment].tension; }
+
+    const Model& model() const { return *model_; }
+
+  private:
+    void add_attached_segment(const State& state, int segment, const Rates& rates);
+
+    std::shared_ptr<const Model> model_;
+    BlockSolver solver_;
+    std::vector<SegmentCache> segments_;
+    std::vector<BodyJacobian> bodies_;
+    std::vector<Vec3> site_force_;
+    std::vector<Vec3> residual_;
+    std::vector<double> block_length_;  ///< 1 for a translation, half the body's length for a rotation
+    SegmentJacobian segment_jacobian_;
+};
+
+}  // namespace sim_core

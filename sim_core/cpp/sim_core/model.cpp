@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "error.hpp"
+
+namespace sim_core {
+
+namespace {
+
+template <class Entries>
+int index_of(const Entries& entries, const std::string& name, const char* kind) {
+    std::string known;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        if (entries[i].name == name) return static_cast<int>(i);
+        known += (known.empty() ? "'" : ", '") + entries[i].name + "'";
+    }
+    throw InvalidInput(std::string("no ") + kind + " '" + name + "'; there " +
+                       (known.empty() ? "is none" : "are " + known));
+}
+
+template <class Entries>
+bool contains(const Entries& entries, const std::string& name) {
+    return std::any_of(entries.begin(), entries.end(), [&](const auto& entry) { return entry.name == name; });
+}
+
+void require(bool holds, const std::string& where, const char* what) {
+    if (!holds) throw InvalidInput(where + ": " + what);
+}
+
+SegmentConstants segment_constants(const LineProperties& p, int segments, const Water& water) {
+    SegmentConstants c{};
+    const double circle = 0.25 * std::numbers::pi * p.diameter * p.diameter;
+    c.length = p.length / segments;
+    const double half = 0.5 * c.length;
+    c.axial_stiffness = p.axial_stiffness;
+    c.axial_damping = p.axial_damping;
+    const double weight = p.mass_per_length * p.length * (water.gravity > 0.0 ? water.gravity : 1.0);
+    c.slack_tension = p.slack_tension.value_or(0.01 * weight);
+    c.half_mass = p.mass_per_length * half;
+    c.half_weight = c.half_mass * water.gravity;
+    c.half_buoyancy = water.density * water.gravity * p.displaced_area.value_or(circle) * half;
+    c.half_normal_drag = 0.5 * water.density * p.normal_drag * p.diameter * half;
+    c.half_tangential_drag = 0.5 * water.density * p.tangential_drag * std::numbers::pi * p.diameter * half;
+    c.half_added_mass = p.added_mass * water.density * circle * half;
+    c.radius = 0.5 * p.diameter;
+    return c;
+}
+
+void hash(std::uint64_t& h, std::uint64_t value) {  // FNV-1a over eight bytes
+    for (int i = 0; i < 8; ++i) {
+        h = (h ^ (value & 0xff)) * 0x100000001b3ULL;
+        value >>= 8;
+    }
+}
+
+}  // namespace
+
+int Model::point_index(const std::string& name) const { return index_of(points, name, "point"); }
+int Model::body_index(const std::string& name) const { return index_of(bodies, name, "body"); }
+int Model::line_index(const std::string& name) const { return index_of(lines, name, "line"); }
+
+const Model::Point& Model::prescribed_point(int i) const {
+    return *std::find_if(points.begin(), points.end(), [&](const Point& p) { return p.site == free_sites + i; });
+}
+
+std::string Model::describe_block(int block) const {
+    if (block >= free_sites) {
+        const int body = (block - free_sites) / 2;
+        return std::string(block == rotation_block(body) ? "rotation of " : "") + "body '" + bodies[body].name + "'";
+    }
+    for (const Point& point : points) {
+        if (point.site == block) return "point '" + point.name + "'";
+    }
+    for (const Line& line : lines) {
+        const auto found = std::find(line.sites.begin(), line.sites.end(), block);
+        if (found != line.sites.end()) {
+            return "line '" + line.name + "' node " + std::to_string(found - line.sites.begin());
+        }
+    }
+    return "unknown place";
+}
+
+ModelBuilder::ModelBuilder(const Water& water) : water_(water) {
+    require(water.density >= 0.0 && std::isfinite(water.density), "water", "density must not be below 0");
+    require(water.gravity >= 0.0 && std::isfinite(water.gravity), "water", "gravity must not be below 0");
+    require(water.current.allFinite(), "water", "current must be finite");
+}
+
+bool ModelBuilder::has_point(const std::string& name) const { return contains(points_, name); }
+bool ModelBuilder::has_body(const std::string& name) const { return contains(bodies_, name); }
+
+void ModelBuilder::require_new_name(const std::string& name) const {
+    require(!has_point(name) && !has_body(name), "'" + name + "'", "a point or body of this name exists already");
+}
+
+void ModelBuilder::add_prescribed_point(const std::string& name) {
+    require_new_name(name);
+    points_.push_back({name, true, {}});
+}
+
+void ModelBuilder::add_free_point(const std::string& name, const FreePoint& point) {
+    require_new_name(name);
+    for (const double value : {point.mass, point.volume, point.drag_area, point.added_mass}) {
+        require(value >= 0.0 && std::isfinite(value), "point '" + name + "'",
+                "mass, volume, drag_area and added_mass must not be below 0");
+    }
+    points_.push_back({name, false, point});
+}
+
+void ModelBuilder::add_body(const std::string& name, const Body& body) {
+    require_new_name(name);
+    (void)BodyForce(name, body, water_);  // validates
+    bodies_.push_back({name, body});
+}
+
+void ModelBuilder::add_line(const std::string& name, const std::string& start, const std::string& end,
+                            const LineProperties& p, int segments, const std::optional<Vec3>& attachment,
+                            const std::optional<Vec3>& start_attachment) {
+    const std::string where = "line '" + name + "'";
+    require(!contains(lines_, name), where, "a line of this name exists already");
+    require(start != end, where, "it starts and ends at the same place");
+    require(segments >= 1, where, "segments must be at least 1");
+    require(p.length > 0.0 && std::isfinite(p.length), where, "length must be above 0");
+    require(p.diameter > 0.0 && std::isfinite(p.diameter), where, "diameter must be above 0");
+    require(p.mass_per_length > 0.0 && std::isfinite(p.mass_per_length), where, "mass_per_length must be above 0");
+    require(p.axial_stiffness > 0.0 && std::isfinite(p.axial_stiffness), where, "axial_stiffness must be above 0");
+    for (const double value : {p.axial_damping, p.normal_drag, p.tangential_drag, p.added_mass,
+                               p.displaced_area.value_or(0.0)}) {
+        require(value >= 0.0 && std::isfinite(value), where, "damping, coefficients and area must not be below 0");
+    }
+    if (p.slack_tension) require(*p.slack_tension > 0.0, where, "slack_tension must be above 0");
+    LineEntry line{name, {start, end}, p, segments, {start_attachment, attachment}};
+    for (int i = 0; i < 2; ++i) {
+        const std::string& at = line.ends[i];
+        require(has_point(at) || has_body(at), where, ("its end '" + at + "' is neither a point nor a body").c_str());
+        const char* which = i == 0 ? "start_attachment" : "attachment";
+        if (has_body(at)) {
+            require(line.attachment[i].has_value(), where, (std::string(which) + " is needed at a body").c_str());
+        } else {
+            require(!line.attachment[i].has_value(), where,
+                    (std::string(which) + " is only for an end at a body").c_str());
+        }
+    }
+    lines_.push_back(line);
+}
+
+Model ModelBuilder::build() const {
+    Model model;
+    model.water = water_;
+
+    // Sites: free points and inner nodes, prescribed points, attachments
+    for (const PointEntry& point : points_) {
+        if (!point.prescribed) model.points.push_back({point.name, model.free_sites++, false, point.properties});
+    }
+    for (const LineEntry& line : lines_) model.free_sites += line.segments - 1;
+    for (const PointEntry& point : points_) {
+        if (point.prescribed) {
+            model.points.push_back({point.name, model.free_sites + model.prescribed_sites++, true, point.properties});
+        }
+    }
+    for (const NamedBody& body : bodies_) {
+        model.bodies.push_back({body.name, BodyForce(body.name, body.body, water_)});
+    }
+    require(model.prescribed_sites > 0, "model", "there must be at least one prescribed point");
+
+    int next_inner = 0;
+    for (const PointEntry& point : points_) next_inner += point.prescribed ? 0 : 1;
+    for (const LineEntry& entry : lines_) {
+        Model::Line line{entry.name, entry.properties, static_cast<int>(model.segments.size()), entry.segments, {}};
+        const auto end_site = [&](int i) {
+            if (has_point(entry.ends[i])) return model.points[model.point_index(entry.ends[i])].site;
+            model.attachments.push_back({model.body_index(entry.ends[i]), *entry.attachment[i]});
+            return model.sites() - 1;
+        };
+        line.sites.push_back(end_site(0));
+        for (int i = 1; i < entry.segments; ++i) line.sites.push_back(next_inner++);
+        line.sites.push_back(end_site(1));
+        for (int i = 0; i < entry.segments; ++i) {
+            Model::Segment segment{};
+            segment.line = static_cast<int>(model.lines.size());
+            segment.site[0] = line.sites[i];
+            segment.site[1] = line.sites[i + 1];
+            model.segments.push_back(segment);
+        }
+        model.segment_constants.push_back(segment_constants(entry.properties, entry.segments, water_));
+        model.lines.push_back(std::move(line));
+    }
+
+    // The Jacobian's blocks
+    const auto blocks_of = [&](int site, int blocks[2]) {
+        blocks[0] = blocks[1] = -1;
+        if (model.is_free(site)) blocks[0] = site;
+        if (model.is_attached(site)) {
+            const int body = model.attachments[model.attachment_of(site)].body;
+            blocks[0] = model.translation_block(body);
+            blocks[1] = model.rotation_block(body);
+        }
+    };
+    std::vector<std::pair<int, int>> couplings;
+    for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+        couplings.emplace_back(model.translation_block(static_cast<int>(b)), model.rotation_block(static_cast<int>(b)));
+    }
+    for (const Model::Segment& segment : model.segments) {
+        int blocks[4];
+        blocks_of(segment.site[0], blocks);
+        blocks_of(segment.site[1], blocks + 2);
+        for (const int i : blocks) {
+            for (const int j : blocks) {
+                if (i >= 0 && j >= 0 && i != j) couplings.emplace_back(i, j);
+            }
+        }
+    }
+    model.structure = BlockStructure(model.blocks(), couplings);
+    for (Model::Segment& segment : model.segments) {
+        int blocks[4];
+        blocks_of(segment.site[0], blocks);
+        blocks_of(segment.site[1], blocks + 2);
+        for (int i = 0; i < 4; ++i) {
+            for (int j = 0; j < 4; ++j) {
+                segment.slot[i][j] = blocks[i] < 0 || blocks[j] < 0 ? -1 : model.structure.slot(blocks[i], blocks[j]);
+            }
+        }
+    }
+
+    // Everything must hang on a prescribed point through lines
+    std::vector<bool> held(model.sites() + model.bodies.size(), false);
+    const auto vertex = [&](int site) {
+        return model.is_attached(site) ? model.sites() + model.attachments[model.attachment_of(site)].body : site;
+    };
+    for (int i = 0; i < model.prescribed_sites; ++i) held[model.free_sites + i] = true;
+    for (bool grew = true; grew;) {
+        grew = false;
+        for (const Model::Line& line : model.lines) {
+            const int start = vertex(line.sites.front());
+            const int end = vertex(line.sites.back());
+            if (held[start] != held[end]) held[start] = held[end] = grew = true;
+        }
+    }
+    for (const Model::Point& point : model.points) {
+        require(held[point.site], "point '" + point.name + "'", "no line holds it to a prescribed point");
+    }
+    for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+        require(held[model.sites() + b], "body '" + model.bodies[b].name + "'",
+                "no line holds it to a prescribed point");
+    }
+
+    const double gravity = water_.gravity > 0.0 ? water_.gravity : 1.0;
+    double mass = 0.0;
+    for (const Model::Point& point : model.points) mass += point.properties.mass;
+    for (const Model::BodyEntry& body : model.bodies) mass += body.force.body().mass;
+    for (const Model::Line& line : model.lines) mass += line.properties.mass_per_length * line.properties.length;
+    model.force_scale = mass * gravity;
+    model.fingerprint = 0xcbf29ce484222325ULL;
+    for (const Model::Line& line : model.lines) {
+        const double stiffness = line.properties.axial_stiffness * line.segments / line.properties.length;
+        model.stiffest_segment = std::max(model.stiffest_segment, stiffness);
+        for (const int site : line.sites) hash(model.fingerprint, static_cast<std::uint64_t>(site));
+    }
+    for (const int count : {model.free_sites, model.prescribed_sites, model.sites(), model.blocks()}) {
+        hash(model.fingerprint, static_cast<std::uint64_t>(count));
+    }
+    return model;
+}
+
+}  // namespace sim_core

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// The constant description of a towed system, and the builder that makes it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "block_solver.hpp"
+#include "body.hpp"
+#include "segment.hpp"
+#include "types.hpp"
+#include "water.hpp"
+
+namespace sim_core {
+
+/// A uniform line between two named points.
+struct LineProperties {
+    double length = 0.0;            ///< unstretched, m
+    double diameter = 0.0;          ///< hydrodynamic, m
+    double mass_per_length = 0.0;   ///< kg/m, in air
+    double axial_stiffness = 0.0;   ///< EA, N
+    double axial_damping = 0.0;     ///< N·s: tension per strain rate
+    double normal_drag = 1.2;       ///< Cn on the diameter
+    double tangential_drag = 0.01;  ///< Ct on the skin π d
+    double added_mass = 1.0;        ///< Ca across the line, of π d²/4
+    std::optional<double> displaced_area;  ///< m² for buoyancy; default π d²/4
+    std::optional<double> slack_tension;   ///< N; default 1 % of the line's weight in air
+};
+
+/// A point with mass that moves freely: a junction, or a sphere-like depressor.
+struct FreePoint {
+    double mass = 0.0;        ///< kg
+    double volume = 0.0;      ///< m³
+    double drag_area = 0.0;   ///< Cd A, m²
+    double added_mass = 0.0;  ///< kg, the same in every direction
+};
+
+/// Every place where forces on translations are gathered is a *site*: free nodes first, then prescribed points,
+/// then the places where lines are attached to bodies.
+struct Model {
+    struct Point {
+        std::string name;
+        int site;
+        bool prescribed;
+        FreePoint properties;
+    };
+    struct BodyEntry {
+        std::string name;
+        BodyForce force;
+    };
+    struct Attachment {
+        int body;
+        Vec3 place;  ///< body axes, m
+    };
+    struct Line {
+        std::string name;
+        LineProperties properties;
+        int first_segment;
+        int segments;
+        std::vector<int> sites;  ///< from start to end, segments + 1
+    };
+    struct Segment {
+        int line;
+        int site[2];
+        /// Slots of the 3×3 blocks of the Jacobian: [row][column] over (end a: translation, rotation; end b:
+        /// translation, rotation); −1 where an end has no such unknown.
+        int slot[4][4];
+    };
+
+    Water water;
+    std::vector<Point> points;
+    std::vector<BodyEntry> bodies;
+    std::vector<Attachment> attachments;
+    std::vector<Line> lines;
+    std::vector<Segment> segments;
+    std::vector<SegmentConstants> segment_constants;  ///< per line
+
+    int free_sites = 0;
+    int prescribed_sites = 0;
+    int sites() const { return free_sites + prescribed_sites + static_cast<int>(attachments.size()); }
+    bool is_free(int site) const { return site < free_sites; }
+    bool is_attached(int site) const { return site >= free_sites + prescribed_sites; }
+    int attachment_of(int site) const { return site - free_sites - prescribed_sites; }
+    int first_attached_site() const { return free_sites + prescribed_sites; }
+
+    /// Unknowns come in blocks of three: free sites, then per body its translation and its rotation.
+    int blocks() const { return free_sites + 2 * static_cast<int>(bodies.size()); }
+    int translation_block(int body) const { return free_sites + 2 * body; }
+    int rotation_block(int body) const { return free_sites + 2 * body + 1; }
+
+    BlockStructure structure;
+    double force_scale = 1.0;        ///< N: weight in air of everything, the measure for residuals
+    double stiffest_segment = 0.0;   ///< largest EA/ℓ, N/m
+    std::uint64_t fingerprint = 0;   ///< of the layout, so that a saved state is not restored into another model
+
+    int point_index(const std::string& name) const;
+    int body_index(const std::string& name) const;
+    int line_index(const std::string& name) const;
+    const Point& prescribed_point(int i) const;
+
+    /// Where a block of unknowns is, in words for error messages.
+    std::string describe_block(int block) const;
+};
+
+class ModelBuilder {
+  public:
+    explicit ModelBuilder(const Water& water);
+
+    void add_prescribed_point(const std::string& name);
+    void add_free_point(const std::string& name, const FreePoint& point);
+    void add_body(const std::string& name, const Body& body);
+    /// `start` and `end` name points or bodies; an attachment is needed exactly where an end is a body.
+    void add_line(const std::string& name, const std::string& start, const std::string& end,
+                  const LineProperties& properties, int segments, const std::optional<Vec3>& attachment,
+                  const std::optional<Vec3>& start_attachment);
+
+    /// Throws InvalidInput if parts are missing or not connected to a prescribed point.
+    Model build() const;
+
+  private:
+    struct PointEntry {
+        std::string name;
+        bool prescribed;
+        FreePoint properties;
+    };
+    struct NamedBody {
+        std::string name;
+        Body body;
+    };
+    struct LineEntry {
+        std::string name;
+        std::string ends[2];
+        LineProperties properties;
+        int segments;
+        std::optional<Vec3> attachment[2];
+    };
+
+    bool has_point(const std::string& name) const;
+    bool has_body(const std::string& name) const;
+    void require_new_name(const std::string& name) const;
+
+    Water water_;
+    std::vector<PointEntry> points_;
+    std::vector<NamedBody> bodies_;
+    std::vector<LineEntry> lines_;
+};
+
+}  // namespace sim_core

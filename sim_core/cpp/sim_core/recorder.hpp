@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "simulator.hpp"
+
+namespace sim_core {
+
+/// What a run leaves: one row per sample, row-major.
+struct Recording {
+    std::vector<double> time;          ///< samples
+    /// samples × entries × 3, entries as in State: sites, then translation and rotation of each body. The
+    /// rotation entry of `position` is unused (zero); see attitude.
+    std::vector<double> position, velocity, acceleration;
+    std::vector<double> attitude;      ///< samples × bodies × 4: w, x, y, z
+    std::vector<double> tension;       ///< samples × segments, N
+};
+
+/// Steps to `t_end` and records at the present time and every `output_step` after it (the last sample is at t_end).
+Recording record_run(Simulator& simulator, const Motions& motions, double t_end, double output_step);
+
+}  // namespace sim_core

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// One straight segment of a line: forces on its two ends and their derivatives.
+#pragma once
+
+#include "types.hpp"
+#include "water.hpp"
+
+namespace sim_core {
+
+/// What the forces on a segment need to know of it, gathered once when the model is built.
+/// "Half" quantities belong to one end: everything distributed is lumped half to each end.
+struct SegmentConstants {
+    double length;            ///< unstretched, m
+    double axial_stiffness;   ///< EA, N
+    double axial_damping;     ///< N·s: tension per strain rate
+    double slack_tension;     ///< N: the tension is rounded off below this value
+    double half_mass;         ///< kg
+    double half_weight;       ///< N, in air
+    double half_buoyancy;     ///< N, immersed
+    double half_normal_drag;      ///< ½ ρ Cn d ℓ/2, N/(m/s)²
+    double half_tangential_drag;  ///< ½ ρ Ct π d ℓ/2, N/(m/s)²
+    double half_added_mass;   ///< Ca ρ (π d²/4) ℓ/2, kg
+    double radius;            ///< of the section, m: half height of a horizontal segment
+};
+
+/// Position, velocity and acceleration of one end in tank axes.
+struct EndMotion {
+    const Vec3& position;
+    const Vec3& velocity;
+    const Vec3& acceleration;
+};
+
+/// Intermediate results at one end, kept from the forces for their derivatives.
+struct EndCache {
+    Vec3 force;             ///< N, on the end, tank axes; inertia included
+    Vec3 immersed_force;    ///< what of it scales with the immersed fraction, at fraction 1
+    Vec3 normal_flow;       ///< relative water velocity across the segment, m/s
+    double normal_speed;
+    double tangential_flow;
+    Vec3 acceleration;      ///< m/s²
+    double wet;             ///< immersed fraction of this half
+    double wet_own;         ///< its derivative with respect to this end's z, 1/m
+    double wet_other;       ///< … and to the other end's z
+};
+
+struct SegmentCache {
+    Vec3 tangent;           ///< from end a to end b
+    double inverse_length;  ///< 1/m, stretched
+    double tension;         ///< N
+    double tension_slope;   ///< d tension / d(EA ε + damping ε̇): 1 taut, 0 slack
+    Vec3 normal_rate;       ///< relative velocity of the ends across the segment, m/s
+    EndCache a, b;
+};
+
+/// Derivatives of the force on end i with respect to position, velocity, acceleration of end j.
+struct SegmentJacobian {
+    Mat3 position[2][2];
+    Mat3 velocity[2][2];
+    Mat3 acceleration[2];  ///< an end's force depends on its own acceleration only
+};
+
+/// Forces on both ends (F − M a, so that the sum over all neighbours of a node vanishes).
+///
+/// Tension EA ε + c ε̇ without compression; weight and buoyancy; drag
+/// ½ρ Cn d |u_n| u_n + ½ρ Ct π d |u_t| u_t per length; added mass e (I − t tᵀ). Drag and added mass
+/// act at each half with that end's own velocity and acceleration (trapezoidal rule along the segment),
+/// so that a zigzag of neighbouring nodes is damped as well.
+void segment_forces(const SegmentConstants& constants, const Water& water, const EndMotion& a, const EndMotion& b,
+                    SegmentCache& cache);
+
+/// Derivatives at the state for which `cache` was filled.
+void segment_jacobian(const SegmentConstants& constants, const SegmentCache& cache, SegmentJacobian& jacobian);
+
+/// Elastic energy, J (of the tension without damping, rounding at slack included).
+double segment_elastic_energy(const SegmentConstants& constants, const Vec3& a, const Vec3& b);
+
+}  // namespace sim_core

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "error.hpp"
+
+namespace sim_core {
+
+Simulator::Simulator(const State& state, const GeneralizedAlpha& integrator, double max_step,
+                     const NewtonSettings& newton)
+    : state_(state),
+      backup_(state),
+      integrator_(integrator),
+      max_step_(max_step),
+      newton_(newton),
+      equations_(state.model),
+      work_(state.model->blocks()) {
+    if (!(max_step > 0.0) || !std::isfinite(max_step)) throw InvalidInput("max_step must be above 0 s");
+    if (!(newton.tolerance > 0.0)) throw InvalidInput("newton_tolerance must be above 0");
+    if (newton.max_iterations < 1) throw InvalidInput("max_iterations must be at least 1");
+    state_.rebase_attitudes();
+    state_.follow_bodies();
+    if (!state_.accelerations_known) solve_accelerations();
+    equations_.evaluate(state_);
+}
+
+void Simulator::solve_accelerations() {
+    // F is linear in the accelerations: one solve with the mass matrix, from zero.
+    for (Vec3& a : state_.acceleration) a.setZero();
+    state_.follow_bodies();
+    equations_.evaluate(state_);
+    equations_.assemble(state_, {0.0, 0.0, 1.0});
+    equations_.factor();
+    equations_.solve(work_.displacement);
+    for (int block = 0; block < model().blocks(); ++block) {
+        const int i = state_.entry_of_block(block);
+        state_.acceleration[i] = work_.displacement[block];
+        state_.auxiliary[i] = work_.displacement[block];
+    }
+    state_.follow_bodies();
+    if (!state_.finite()) throw ConvergenceError("the accelerations of the initial state are not finite");
+    state_.accelerations_known = true;
+    state_.last_step = 0.0;
+}
+
+NewtonResult Simulator::attempt(double h, double t_end, const Motions& motions) {
+    integrator_.predict(state_, h);
+    for (int i = 0; i < model().prescribed_sites; ++i) {
+        const int site = model().free_sites + i;
+        const MotionSample sample = motions[i]->at(t_end);
+        state_.position[site] = sample.position;
+        state_.velocity[site] = sample.velocity;
+        state_.acceleration[site] = sample.acceleration;
+    }
+    const NewtonResult result = solve_newton(
+        equations_, state_, {1.0, integrator_.velocity_rate(h), integrator_.acceleration_rate(h)}, newton_,
+        newton_tolerance(model(), state_, newton_), work_,
+        [&](const std::vector<Vec3>& displacement, double factor) {
+            integrator_.correct(state_, displacement, factor, h);
+        });
+    statistics_.newton_iterations += result.iterations;
+    return result;
+}
+
+void Simulator::step(double t_end, const Motions& motions) {
+    if (!std::isfinite(t_end) || t_end < state_.time) {
+        throw InvalidInput("t_end must not lie before the present time " + std::to_string(state_.time) + " s");
+    }
+    if (motions.size() != static_cast<std::size_t>(model().prescribed_sites)) {
+        throw InvalidInput("there must be one motion for each of the " + std::to_string(model().prescribed_sites) +
+                           " prescribed points");
+    }
+    constexpr int kMostHalvings = 12;
+    const double span = t_end - state_.time;
+    if (span == 0.0) return;
+    const double full_step = span / std::max(1.0, std::ceil(span / max_step_ * (1.0 - 1e-12)));
+    double h = full_step;
+    int halvings = 0;
+    while (state_.time < t_end) {
+        const double remaining = t_end - state_.time;
+        const bool last = remaining <= h * (1.0 + 1e-9);
+        const double size = last ? remaining : h;
+        const double next_time = last ? t_end : state_.time + size;
+        backup_ = state_;
+        const NewtonResult result = attempt(size, next_time, motions);
+        if (result.converged) {
+            state_.rebase_attitudes();
+            state_.time = next_time;
+            state_.last_step = size;
+            ++statistics_.steps;
+            if (halvings > 0) {  // carefully back to the full step
+                --halvings;
+                h = std::min(full_step, 2.0 * h);
+            }
+            continue;
+        }
+        state_ = backup_;
+        ++statistics_.halvings;
+        if (++halvings > kMostHalvings) {
+            equations_.evaluate(state_);
+            std::ostringstream message;
+            message << "no solution at " << model().describe_block(result.worst_block) << " at t = " << next_time
+                    << " s (residual " << result.residual << " N with a step of " << size
+                    << " s); check the input there or give a smaller max_step";
+            throw ConvergenceError(message.str());
+        }
+        h = 0.5 * size;
+    }
+}
+
+void Simulator::step_to(double t_end, const Vec3& position, const Vec3& velocity) {
+    if (model().prescribed_sites != 1) {
+        throw InvalidInput("step_to moves the only prescribed point of a model; this one has " +
+                           std::to_string(model().prescribed_sites));
+    }
+    if (!position.allFinite() || !velocity.allFinite()) {
+        throw InvalidInput("position and velocity of the tow point must be finite");
+    }
+    if (!(t_end > state_.time)) {
+        throw InvalidInput("t_end must lie after the present time " + std::to_string(state_.time) + " s");
+    }
+    const int site = model().free_sites;
+    const HermiteSegment cubic(state_.time, state_.position[site], state_.velocity[site], t_end, position, velocity);
+    one_motion_[0] = &cubic;
+    step(t_end, one_motion_);
+}
+
+void Simulator::restore(const std::string& bytes) {
+    state_.restore(bytes);
+    equations_.evaluate(state_);
+}
+
+}  // namespace sim_core

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "equations.hpp"
+#include "generalized_alpha.hpp"
+#include "motion.hpp"
+#include "newton.hpp"
+#include "state.hpp"
+
+namespace sim_core {
+
+/// One law of motion per prescribed point, in the order of Model::prescribed_point.
+using Motions = std::vector<const Motion*>;
+
+struct StepStatistics {
+    std::int64_t steps = 0;              ///< accepted steps of the integrator
+    std::int64_t newton_iterations = 0;  ///< in all attempts
+    std::int64_t halvings = 0;           ///< rejected attempts
+};
+
+/// Advances one state in time.
+///
+/// A step that Newton's iteration cannot solve is tried again with half the size, down to 2⁻¹² of
+/// `max_step`; then ConvergenceError names the place and the time, and the state stays at the last good instant.
+/// Not safe for use from several threads at once; use one simulator each.
+class Simulator {
+  public:
+    /// `max_step` is the largest step size, s. A state whose accelerations are unknown gets them here.
+    Simulator(const State& state, const GeneralizedAlpha& integrator, double max_step,
+              const NewtonSettings& newton);
+
+    const State& state() const { return state_; }
+    const Model& model() const { return *state_.model; }
+    const StepStatistics& statistics() const { return statistics_; }
+    double max_step() const { return max_step_; }
+
+    /// Steps of equal size, at most max_step, until exactly `t_end`. The laws are evaluated inside each step.
+    void step(double t_end, const Motions& motions);
+
+    /// The same for the one prescribed point of a model, moved along the cubic from where it is to the given position
+    /// and velocity at t_end.
+    void step_to(double t_end, const Vec3& position, const Vec3& velocity);
+
+    /// Tension of each segment of the whole model at the present state, N.
+    double tension(int segment) const { return equations_.tension(segment); }
+
+    /// Replaces the state by a saved one of the same model.
+    void restore(const std::string& bytes);
+
+  private:
+    NewtonResult attempt(double h, double t_end, const Motions& motions);
+    void solve_accelerations();
+
+    State state_;
+    State backup_;
+    GeneralizedAlpha integrator_;
+    double max_step_;
+    NewtonSettings newton_;
+    Equations equations_;
+    NewtonWorkspace work_;
+    Motions one_motion_{nullptr};  ///< room for step_to
+    StepStatistics statistics_;
+};
+
+}  // namespace sim_core

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "state.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "error.hpp"
+#include "rotation.hpp"
+
+namespace sim_core {
+
+namespace {
+
+constexpr std::uint64_t kFormat = 0x316d697377746f74ULL;  // "totwsim1"
+
+template <class Visit>
+void visit_numbers(State& state, Visit visit) {
+    visit(&state.time, 1);
+    visit(&state.last_step, 1);
+    for (auto* array : {&state.position, &state.velocity, &state.acceleration, &state.auxiliary}) {
+        for (Vec3& value : *array) visit(value.data(), 3);
+    }
+    for (State::BodyState& body : state.bodies) {
+        visit(body.attitude.coeffs().data(), 4);
+        visit(body.step_start_attitude.coeffs().data(), 4);
+    }
+}
+
+void require_finite(const Vec3& position, const Vec3& velocity, const std::string& name) {
+    if (!position.allFinite() || !velocity.allFinite()) {
+        throw InvalidInput("'" + name + "': position and velocity must be finite");
+    }
+}
+
+}  // namespace
+
+State::State(std::shared_ptr<const Model> m)
+    : model(std::move(m)),
+      position(model->sites() + 2 * model->bodies.size(), Vec3::Zero()),
+      velocity(position),
+      acceleration(position),
+      auxiliary(position),
+      bodies(model->bodies.size()) {
+    follow_bodies();
+}
+
+void State::follow_bodies() {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const int entry = body_entry(static_cast<int>(b));
+        bodies[b].attitude = bodies[b].step_start_attitude * rotation_from_vector(position[entry + 1]);
+    }
+    const int first = model->first_attached_site();
+    for (std::size_t i = 0; i < model->attachments.size(); ++i) {
+        const Model::Attachment& attachment = model->attachments[i];
+        const int entry = body_entry(attachment.body);
+        const Quat& attitude = bodies[attachment.body].attitude;
+        const Vec3& omega = velocity[entry + 1];
+        const Vec3& r = attachment.place;
+        const Vec3 spin = omega.cross(r);
+        position[first + i] = position[entry] + attitude * r;
+        velocity[first + i] = velocity[entry] + attitude * spin;
+        acceleration[first + i] =
+            acceleration[entry] + attitude * Vec3(acceleration[entry + 1].cross(r) + omega.cross(spin));
+    }
+}
+
+void State::rebase_attitudes() {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        bodies[b].attitude.normalize();
+        bodies[b].step_start_attitude = bodies[b].attitude;
+        position[body_entry(static_cast<int>(b)) + 1].setZero();
+    }
+}
+
+bool State::finite() const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        sum += position[i].sum() + velocity[i].sum() + acceleration[i].sum();
+    }
+    return std::isfinite(sum);
+}
+
+void State::set_point(const std::string& name, const Vec3& new_position, const Vec3& new_velocity) {
+    require_finite(new_position, new_velocity, name);
+    const int site = model->points[model->point_index(name)].site;
+    position[site] = new_position;
+    velocity[site] = new_velocity;
+    accelerations_known = false;
+}
+
+void State::set_body(const std::string& name, const Vec3& new_position, const Quat& attitude,
+                     const Vec3& new_velocity, const Vec3& angular_velocity) {
+    require_finite(new_position, new_velocity, name);
+    if (!angular_velocity.allFinite() || !(attitude.norm() > 1e-6) || !std::isfinite(attitude.norm())) {
+        throw InvalidInput("'" + name + "': the quaternion must not be zero, the angular velocity must be finite");
+    }
+    const int body = model->body_index(name);
+    const int entry = body_entry(body);
+    position[entry] = new_position;
+    velocity[entry] = new_velocity;
+    position[entry + 1].setZero();
+    velocity[entry + 1] = angular_velocity;
+    bodies[body].step_start_attitude = attitude.normalized();
+    accelerations_known = false;
+    follow_bodies();
+}
+
+void State::set_line_node(const std::string& name, int node, const Vec3& new_position, const Vec3& new_velocity) {
+    require_finite(new_position, new_velocity, name);
+    const Model::Line& line = model->lines[model->line_index(name)];
+    if (node < 1 || node >= line.segments) {
+        throw InvalidInput("line '" + name + "': inner nodes are 1 to " + std::to_string(line.segments - 1));
+    }
+    position[line.sites[node]] = new_position;
+    velocity[line.sites[node]] = new_velocity;
+    accelerations_known = false;
+}
+
+std::string State::save() const {
+    std::string bytes;
+    const auto append = [&bytes](const void* data, std::size_t size) {
+        bytes.append(static_cast<const char*>(data), size);
+    };
+    append(&kFormat, sizeof kFormat);
+    append(&model->fingerprint, sizeof model->fingerprint);
+    const std::uint64_t known = accelerations_known ? 1 : 0;
+    append(&known, sizeof known);
+    State copy = *this;
+    visit_numbers(copy, [&](double* numbers, int count) { append(numbers, count * sizeof(double)); });
+    return bytes;
+}
+
+void State::restore(const std::string& bytes) {
+    std::size_t read = 0;
+    const auto take = [&](void* data, std::size_t size) {
+        if (bytes.size() - read < size) throw InvalidInput("the saved state is cut short");
+        std::memcpy(data, bytes.data() + read, size);
+        read += size;
+    };
+    std::uint64_t format = 0;
+    std::uint64_t fingerprint = 0;
+    std::uint64_t known = 0;
+    take(&format, sizeof format);
+    if (format != kFormat) throw InvalidInput("the bytes are not a saved state of this version");
+    take(&fingerprint, sizeof fingerprint);
+    if (fingerprint != model->fingerprint) throw InvalidInput("the saved state belongs to another model");
+    take(&known, sizeof known);
+    State restored(model);
+    restored.accelerations_known = known != 0;
+    visit_numbers(restored, [&](double* numbers, int count) { take(numbers, count * sizeof(double)); });
+    if (read != bytes.size()) throw InvalidInput("the saved state has bytes too many");
+    *this = std::move(restored);
+}
+
+}  // namespace sim_core

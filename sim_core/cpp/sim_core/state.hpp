@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "model.hpp"
+#include "types.hpp"
+
+namespace sim_core {
+
+/// The motion of a whole system at one instant. Copies are exact and independent.
+struct State {
+    struct BodyState {
+        Quat attitude = Quat::Identity();            ///< body axes → tank axes
+        Quat step_start_attitude = Quat::Identity(); ///< attitude = step_start_attitude · exp(turn)
+    };
+
+    /// Everything rests at the origin until it is set.
+    explicit State(std::shared_ptr<const Model> model);
+
+    std::shared_ptr<const Model> model;
+    double time = 0.0;       ///< s
+    double last_step = 0.0;  ///< s, the size of the step that led here; 0 at a start
+    /// False after positions or velocities were set by hand: the simulator then first solves for
+    /// the accelerations.
+    bool accelerations_known = true;
+
+    /// Sites (see Model), then per body two entries: translation, rotation. For a rotation the position is the
+    /// turn since the start of the step (rotation vector, body axes, rad), the velocity the angular velocity in
+    /// body axes, the acceleration its rate.
+    std::vector<Vec3> position, velocity, acceleration;
+    std::vector<Vec3> auxiliary;  ///< the integrator's algorithmic acceleration
+    std::vector<BodyState> bodies;
+
+    int body_entry(int body) const { return model->sites() + 2 * body; }
+
+    /// Index into the arrays above of a block of unknowns.
+    int entry_of_block(int block) const {
+        return block < model->free_sites ? block : block + model->prescribed_sites +
+                                                       static_cast<int>(model->attachments.size());
+    }
+
+    /// Moves attitude and attachments to where the bodies' entries say.
+    void follow_bodies();
+
+    /// Makes the present attitude the reference of the turn (at the end of a step).
+    void rebase_attitudes();
+
+    bool finite() const;
+
+    // Setting by name. Throws InvalidInput for an unknown name or values that are not finite.
+    void set_point(const std::string& name, const Vec3& position, const Vec3& velocity);
+    void set_body(const std::string& name, const Vec3& position, const Quat& attitude, const Vec3& velocity,
+                  const Vec3& angular_velocity);
+    /// Inner node 1 … segments − 1 of a line.
+    void set_line_node(const std::string& name, int node, const Vec3& position, const Vec3& velocity);
+
+    /// The exact state as bytes, and back. restore throws InvalidInput if the bytes belong to another model.
+    std::string save() const;
+    void restore(const std::string& bytes);
+};
+
+}  // namespace sim_core

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "statics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numbers>
+#include <sstream>
+
+#include "equations.hpp"
+#include "error.hpp"
+#include "newton.hpp"
+
+namespace sim_core {
+
+namespace {
+
+/// A first guess: every line straight and unstretched, in the direction of weight and drag of what hangs on it.
+class FirstGuess {
+  public:
+    FirstGuess(State& state, const Vec3& velocity)
+        : state_(state), model_(*state.model), flow_(model_.water.current - velocity), placed_(vertices(), false) {}
+
+    void make() {
+        const Vec3 ahead(-flow_.x(), -flow_.y(), 0.0);
+        const double heading = ahead.norm() > 1e-9 ? std::atan2(ahead.y(), ahead.x()) : 0.0;
+        for (State::BodyState& body : state_.bodies) {
+            body.step_start_attitude = Quat(Eigen::AngleAxisd(heading, Vec3::UnitZ()));
+        }
+        order_lines();
+        std::vector<Vec3> pull(vertices(), Vec3::Zero());
+        for (const Model::Point& point : model_.points) pull[point.site] = load_of(point.properties);
+        for (std::size_t b = 0; b < model_.bodies.size(); ++b) pull[model_.sites() + b] = load_of(b);
+        for (auto hang = tree_.rbegin(); hang != tree_.rend(); ++hang) {
+            hang->pull = pull[hang->bottom] + load_of(model_.lines[hang->line]);
+            pull[hang->top] += hang->pull;
+        }
+        for (const Hang& hang : tree_) place(hang);
+        state_.follow_bodies();
+        for (const int line : loops_) place_between(model_.lines[line]);
+    }
+
+  private:
+    /// A line of the spanning tree, from the end nearer to a prescribed point to the other.
+    struct Hang {
+        int line;
+        bool reversed;  ///< the line's own start is the lower end
+        int top, bottom;
+        Vec3 pull;
+    };
+
+    int vertices() const { return model_.sites() + static_cast<int>(model_.bodies.size()); }
+    int vertex(int site) const {
+        return model_.is_attached(site) ? model_.sites() + model_.attachments[model_.attachment_of(site)].body : site;
+    }
+
+    void order_lines() {
+        std::deque<int> queue;
+        for (int i = 0; i < model_.prescribed_sites; ++i) {
+            placed_[model_.free_sites + i] = true;
+            queue.push_back(model_.free_sites + i);
+        }
+        std::vector<bool> used(model_.lines.size(), false);
+        while (!queue.empty()) {
+            const int top = queue.front();
+            queue.pop_front();
+            for (std::size_t i = 0; i < model_.lines.size(); ++i) {
+                const int start = vertex(model_.lines[i].sites.front());
+                const int end = vertex(model_.lines[i].sites.back());
+                if (used[i] || (start != top && end != top)) continue;
+                used[i] = true;
+                const int bottom = start == top ? end : start;
+                if (placed_[bottom]) {
+                    loops_.push_back(static_cast<int>(i));
+                } else {
+                    placed_[bottom] = true;
+                    tree_.push_back({static_cast<int>(i), start != top, top, bottom, Vec3::Zero()});
+                    queue.push_back(bottom);
+                }
+            }
+        }
+    }
+
+    Vec3 load_of(const FreePoint& p) const {
+        const Water& water = model_.water;
+        Vec3 load = 0.5 * water.density * p.drag_area * flow_.norm() * flow_;
+        load.z() += (water.density * p.volume - p.mass) * water.gravity;
+        return load;
+    }
+
+    Vec3 load_of(std::size_t body) const {
+        const Water& water = model_.water;
+        const Body& b = model_.bodies[body].force.body();
+        Vec3 load = 0.5 * water.density * b.axial_drag * 0.25 * std::numbers::pi * b.diameter * b.diameter *
+                    flow_.norm() * flow_;
+        load.z() += (water.density * b.volume - b.mass) * water.gravity;
+        return load;
+    }
+
+    Vec3 load_of(const Model::Line& line) const {
+        const SegmentConstants& c = model_.segment_constants[static_cast<std::size_t>(&line - model_.lines.data())];
+        const double halves = 2.0 * line.segments;
+        Vec3 load = 0.5 * halves * c.half_normal_drag * flow_.norm() * flow_;  // 0.5: the line is inclined
+        load.z() += halves * (c.half_buoyancy - c.half_weight);
+        return load;
+    }
+
+    void place(const Hang& hang) {
+        const Model::Line& line = model_.lines[hang.line];
+        const auto site = [&](int i) { return line.sites[hang.reversed ? line.segments - i : i]; };
+        state_.follow_bodies();
+        const Vec3 top = state_.position[site(0)];
+        const Vec3 along = hang.pull.norm() > 1e-12 ? Vec3(hang.pull.normalized()) : Vec3(-Vec3::UnitZ());
+        const double spacing = line.properties.length / line.segments;
+        for (int i = 1; i < line.segments; ++i) state_.position[site(i)] = top + i * spacing * along;
+        const Vec3 bottom = top + line.properties.length * along;
+        const int last = site(line.segments);
+        if (model_.is_attached(last)) {
+            const Model::Attachment& attachment = model_.attachments[model_.attachment_of(last)];
+            state_.position[state_.body_entry(attachment.body)] =
+                bottom - state_.bodies[attachment.body].step_start_attitude * attachment.place;
+        } else {
+            state_.position[last] = bottom;
+        }
+    }
+
+    /// A line between two places that are already given: straight if it is too short, else a parabola with about
+    /// the line's length, sagging.
+    void place_between(const Model::Line& line) {
+        const Vec3 start = state_.position[line.sites.front()];
+        const Vec3 chord = state_.position[line.sites.back()] - start;
+        const double length = line.properties.length;
+        const double excess = std::max(0.0, length * length - chord.squaredNorm());
+        const double sag = std::sqrt(3.0 / 16.0 * excess);  // arc length² ≈ chord² + 16/3 sag²
+        for (int i = 1; i < line.segments; ++i) {
+            const double s = static_cast<double>(i) / line.segments;
+            state_.position[line.sites[i]] = start + s * chord - 4.0 * sag * s * (1.0 - s) * Vec3::UnitZ();
+        }
+    }
+
+    State& state_;
+    const Model& model_;
+    Vec3 flow_;
+    std::vector<bool> placed_;
+    std::vector<Hang> tree_;
+    std::vector<int> loops_;
+};
+
+}  // namespace
+
+State steady_tow(std::shared_ptr<const Model> model, const std::vector<Vec3>& positions, const Vec3& velocity) {
+    if (positions.size() != static_cast<std::size_t>(model->prescribed_sites)) {
+        throw InvalidInput("there must be one position for each of the " + std::to_string(model->prescribed_sites) +
+                           " prescribed points");
+    }
+    for (const Vec3& position : positions) {
+        if (!position.allFinite()) throw InvalidInput("positions must be finite");
+    }
+    if (!velocity.allFinite()) throw InvalidInput("velocity must be finite");
+
+    State state(model);
+    for (int i = 0; i < model->prescribed_sites; ++i) state.position[model->free_sites + i] = positions[i];
+    FirstGuess(state, velocity).make();
+    for (int i = 0; i < model->sites(); ++i) state.velocity[i] = velocity;
+    for (std::size_t b = 0; b < model->bodies.size(); ++b) {
+        state.velocity[state.body_entry(static_cast<int>(b))] = velocity;
+    }
+    state.follow_bodies();
+
+    constexpr double kFirstStep = 0.05;
+    constexpr double kLargestStep = 3e3;   // inertia of 1 kg then counts as 1e-7 N/m
+    constexpr double kSmallestStep = 1e-7;
+    constexpr int kMostSteps = 2000;
+    const NewtonSettings settings;
+    Equations equations(model);
+    NewtonWorkspace work(model->blocks());
+    State backup = state;
+    double h = kFirstStep;
+    int worst = 0;
+    double residual = 0.0;
+    for (int step = 0; step < kMostSteps && h >= kSmallestStep; ++step) {
+        backup = state;
+        const double tolerance = newton_tolerance(*model, state, settings);
+        const double acceleration_rate = 1.0 / (h * h);
+        const NewtonResult result =
+            solve_newton(equations, state, {1.0, 0.0, acceleration_rate}, settings, tolerance, work,
+                         [&](const std::vector<Vec3>& displacement, double factor) {
+                             for (int block = 0; block < model->blocks(); ++block) {
+                                 const int i = state.entry_of_block(block);
+                                 state.position[i] += factor * displacement[block];
+                                 state.acceleration[i] += factor * acceleration_rate * displacement[block];
+                             }
+                             state.follow_bodies();
+                         });
+        if (!result.converged) {
+            worst = result.worst_block;
+            residual = result.residual;
+            state = backup;
+            h *= 0.25;
+            continue;
+        }
+        for (Vec3& acceleration : state.acceleration) acceleration.setZero();
+        state.rebase_attitudes();
+        state.follow_bodies();
+        equations.evaluate(state);
+        residual = equations.residual_norm(worst);
+        if (h >= kLargestStep && residual <= 2.0 * tolerance) return state;
+        h = std::min(kLargestStep, 3.0 * h);
+    }
+    std::ostringstream message;
+    message << "no steady tow found: residual " << residual << " N at " << model->describe_block(worst)
+            << "; check weights, drag and the speed";
+    throw ConvergenceError(message.str());
+}
+
+}  // namespace sim_core

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sim_core._core import (
+    GeneralizedAlpha,
+    Model,
+    Motion,
+    Simulator,
+    State,
+    _record_run,
+    steady_tow,
+)
+from sim_core.result import Result, histories
+
+
+def run(
+    model: Model,
+    motion: Motion | Mapping[str, Motion],
+    *,
+    t_end: float,
+    output_step: float = 0.01,
+    state: State | None = None,
+    integrator: GeneralizedAlpha | None = None,
+    max_step: float = 0.005,
+    newton_tolerance: float | None = None,
+) -> Result:
+    """Simulate until ``t_end`` (s) and record every ``output_step`` (s).
+
+    ``motion`` is the law of the prescribed point, or a mapping with one law for each. Without a ``state``
+    the run starts at time 0 from the steady tow at the laws' position and horizontal velocity there.
+    Raises ConvergenceError (place and time) and InvalidInput.
+    """
+    if state is None:
+        state = _steady_start(model, motion)
+    simulator = Simulator(
+        model,
+        state,
+        integrator=integrator or GeneralizedAlpha(),
+        max_step=max_step,
+        **({} if newton_tolerance is None else {"newton_tolerance": newton_tolerance}),
+    )
+    laws = motion if isinstance(motion, Motion) else dict(motion)
+    arrays = _record_run(simulator, laws, t_end, output_step)
+    points, bodies, lines = histories(model, arrays)
+    return Result(
+        time=arrays["time"],
+        points=points,
+        bodies=bodies,
+        lines=lines,
+        final_state=simulator.state,
+        steps=simulator.steps,
+        newton_iterations=simulator.newton_iterations,
+        halvings=simulator.halvings,
+    )
+
+
+def _steady_start(model: Model, motion: Motion | Mapping[str, Motion]) -> State:
+    if isinstance(motion, Motion):
+        sample = motion(0.0)
+        vx, vy, _ = sample.velocity
+        return steady_tow(model, position=sample.position, velocity=(vx, vy, 0.0))
+    samples = {name: law(0.0) for name, law in motion.items()}
+    vx, vy, _ = next(iter(samples.values())).velocity
+    positions = {name: sample.position for name, sample in samples.items()}
+    return steady_tow(model, position=positions, velocity=(vx, vy, 0.0))

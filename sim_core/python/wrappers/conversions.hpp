@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// How Python's arguments become the library's.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/eigen/dense.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/variant.h>
+#include <nanobind/stl/vector.h>
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "sim_core/error.hpp"
+#include "sim_core/model.hpp"
+#include "sim_core/motion.hpp"
+#include "sim_core/simulator.hpp"
+
+namespace sim_core::python {
+
+namespace nb = nanobind;
+
+/// Any Python sequence of three numbers: tuple, list or array.
+using Triple = std::array<double, 3>;
+
+inline Vec3 to_vec3(const Triple& t) { return {t[0], t[1], t[2]}; }
+inline std::optional<Vec3> to_vec3(const std::optional<Triple>& t) {
+    return t ? std::optional<Vec3>(to_vec3(*t)) : std::nullopt;
+}
+inline Triple to_triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// The constant model as Python holds it; states and simulators share it.
+struct SharedModel {
+    std::shared_ptr<const Model> model;
+};
+
+/// One value for the only prescribed point of a model, or one per prescribed point by name, in the model's order.
+template <class Value>
+std::vector<Value> per_prescribed_point(const Model& model,
+                                        const std::variant<Value, std::map<std::string, Value>>& given,
+                                        const char* what) {
+    if (const Value* one = std::get_if<Value>(&given)) {
+        if (model.prescribed_sites != 1) {
+            throw InvalidInput(std::string("the model has ") + std::to_string(model.prescribed_sites) +
+                               " prescribed points: give a dict with one " + what + " for each name");
+        }
+        return {*one};
+    }
+    const auto& by_name = std::get<std::map<std::string, Value>>(given);
+    std::vector<Value> values;
+    for (int i = 0; i < model.prescribed_sites; ++i) {
+        const auto found = by_name.find(model.prescribed_point(i).name);
+        if (found == by_name.end()) {
+            throw InvalidInput(std::string("no ") + what + " for the prescribed point '" +
+                               model.prescribed_point(i).name + "'");
+        }
+        values.push_back(found->second);
+    }
+    for (const auto& [name, value] : by_name) {
+        if (!model.points[model.point_index(name)].prescribed) {
+            throw InvalidInput("point '" + name + "' is free: it takes no " + what);
+        }
+    }
+    return values;
+}
+
+void bind_model(nb::module_& module);
+void bind_motion(nb::module_& module);
+void bind_simulation(nb::module_& module);
+
+}  // namespace sim_core::python

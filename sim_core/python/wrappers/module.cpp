@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "conversions.hpp"
+
+namespace nb = nanobind;
+
+NB_MODULE(_core, module) {
+    module.doc() = "The compiled part of sim_core; import sim_core instead.";
+    nb::exception<sim_core::InvalidInput>(module, "InvalidInput", PyExc_ValueError).doc() =
+        "A description or an argument that no simulation can be made of; the message says what and where.";
+    nb::exception<sim_core::ConvergenceError>(module, "ConvergenceError", PyExc_RuntimeError).doc() =
+        "The equations could not be solved; the message names the place and the time.";
+    sim_core::python::bind_model(module);
+    sim_core::python::bind_motion(module);
+    sim_core::python::bind_simulation(module);
+}

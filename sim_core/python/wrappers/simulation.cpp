@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nanobind/ndarray.h>
+
+#include "conversions.hpp"
+#include "sim_core/energy.hpp"
+#include "sim_core/equations.hpp"
+#include "sim_core/recorder.hpp"
+#include "sim_core/statics.hpp"
+
+namespace sim_core::python {
+
+using namespace nb::literals;
+
+namespace {
+
+using MotionArgument = std::variant<const Motion*, std::map<std::string, const Motion*>>;
+using PositionArgument = std::variant<Triple, std::map<std::string, Triple>>;
+
+Motions to_motions(const Model& model, const MotionArgument& argument) {
+    return per_prescribed_point<const Motion*>(model, argument, "motion");
+}
+
+Rows3 line_rows(const State& state, const std::vector<Vec3>& values, const std::string& line) {
+    const std::vector<int>& sites = state.model->lines[state.model->line_index(line)].sites;
+    Rows3 rows(sites.size(), 3);
+    for (std::size_t i = 0; i < sites.size(); ++i) rows.row(i) = values[sites[i]].transpose();
+    return rows;
+}
+
+Vec3 at_point(const State& state, const std::vector<Vec3>& values, const std::string& point) {
+    return values[state.model->points[state.model->point_index(point)].site];
+}
+
+Vec3 at_body(const State& state, const std::vector<Vec3>& values, const std::string& body, int part) {
+    return values[state.body_entry(state.model->body_index(body)) + part];
+}
+
+/// The readers that a State and a Simulator have in common.
+template <class Class, class Get>
+void bind_readers(Class& cls, Get get) {
+    using Self = typename Class::Type;
+    const auto line_reader = [&](const char* name, std::vector<Vec3> State::*values, const char* doc) {
+        cls.def(name, [get, values](const Self& s, const std::string& line) {
+            return line_rows(get(s), get(s).*values, line);
+        }, "line"_a, doc);
+    };
+    const auto point_reader = [&](const char* name, std::vector<Vec3> State::*values, const char* doc) {
+        cls.def(name, [get, values](const Self& s, const std::string& point) {
+            return at_point(get(s), get(s).*values, point);
+        }, "point"_a, doc);
+    };
+    const auto body_reader = [&](const char* name, std::vector<Vec3> State::*values, int part, const char* doc) {
+        cls.def(name, [get, values, part](const Self& s, const std::string& body) {
+            return at_body(get(s), get(s).*values, body, part);
+        }, "body"_a, doc);
+    };
+    cls.def_prop_ro("time", [get](const Self& s) { return get(s).time; }, "s");
+    cls.def_prop_ro("model", [get](const Self& s) { return SharedModel{get(s).model}; });
+    line_reader("node_positions", &State::position, "(segments + 1, 3) m, tank axes, from the line's start to its end.");
+    line_reader("node_velocities", &State::velocity, "(segments + 1, 3) m/s, tank axes.");
+    line_reader("node_accelerations", &State::acceleration, "(segments + 1, 3) m/s², tank axes.");
+    point_reader("point_position", &State::position, "(3,) m, tank axes.");
+    point_reader("point_velocity", &State::velocity, "(3,) m/s, tank axes.");
+    point_reader("point_acceleration", &State::acceleration, "(3,) m/s², tank axes.");
+    body_reader("body_position", &State::position, 0, "(3,) m, of the body's origin in tank axes.");
+    body_reader("body_velocity", &State::velocity, 0, "(3,) m/s, of the body's origin in tank axes.");
+    body_reader("body_acceleration", &State::acceleration, 0, "(3,) m/s², of the body's origin in tank axes.");
+    body_reader("body_angular_velocity", &State::velocity, 1, "(3,) rad/s, body axes.");
+    body_reader("body_angular_acceleration", &State::acceleration, 1, "(3,) rad/s², body axes.");
+    cls.def("body_quaternion", [get](const Self& s, const std::string& body) {
+        const Quat& q = get(s).bodies[get(s).model->body_index(body)].attitude;
+        return Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
+    }, "body"_a, "(4,) w, x, y, z of the unit quaternion body axes → tank axes.");
+}
+
+nb::object array(std::vector<double> values, std::initializer_list<std::size_t> shape) {
+    auto* owned = new std::vector<double>(std::move(values));
+    nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, double>(owned->data(), shape, owner));
+}
+
+/// The state after a displacement of its unknowns as the Newton iteration makes it.
+State displaced(const State& state, const Eigen::VectorXd& displacement, const Rates& rates) {
+    if (displacement.size() != 3 * state.model->blocks()) throw InvalidInput("displacement has the wrong length");
+    State moved = state;
+    for (int block = 0; block < state.model->blocks(); ++block) {
+        const int i = state.entry_of_block(block);
+        const Vec3 d = displacement.segment<3>(3 * block);
+        moved.position[i] += rates.position * d;
+        moved.velocity[i] += rates.velocity * d;
+        moved.acceleration[i] += rates.acceleration * d;
+    }
+    moved.follow_bodies();
+    return moved;
+}
+
+Eigen::VectorXd residual(const State& state) {
+    Equations equations(state.model);
+    equations.evaluate(state);
+    Eigen::VectorXd all(3 * state.model->blocks());
+    for (int block = 0; block < state.model->blocks(); ++block) {
+        all.segment<3>(3 * block) = equations.residual()[block];
+    }
+    return all;
+}
+
+Eigen::MatrixXd jacobian(const State& state, const Rates& rates) {
+    Equations equations(state.model);
+    equations.evaluate(state);
+    equations.assemble(state, rates);
+    const int blocks = state.model->blocks();
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * blocks, 3 * blocks);
+    for (int i = 0; i < blocks; ++i) {
+        for (int j = 0; j < blocks; ++j) {
+            const int slot = state.model->structure.slot(i, j);
+            if (slot >= 0) dense.block<3, 3>(3 * i, 3 * j) = equations.jacobian_blocks()[slot];
+        }
+    }
+    return dense;
+}
+
+}  // namespace
+
+void bind_simulation(nb::module_& module) {
+    nb::class_<State> state(module, "State", R"(The motion of a whole system at one instant.
+
+A new one has everything at rest at the origin; steady_tow() makes one in equilibrium. After
+something was set by hand the simulator first solves for the accelerations.)");
+    state.def("__init__", [](State* self, const SharedModel& model) { new (self) State(model.model); }, "model"_a)
+        .def("copy", [](const State& s) { return State(s); }, "An independent, exact copy.")
+        .def(
+            "set_point",
+            [](State& s, const std::string& point, const Triple& position, const Triple& velocity) {
+                s.set_point(point, to_vec3(position), to_vec3(velocity));
+            },
+            "point"_a, "position"_a, "velocity"_a = Triple{}, "Set a point: m, m/s in tank axes.")
+        .def(
+            "set_line_node",
+            [](State& s, const std::string& line, int node, const Triple& position, const Triple& velocity) {
+                s.set_line_node(line, node, to_vec3(position), to_vec3(velocity));
+            },
+            "line"_a, "node"_a, "position"_a, "velocity"_a = Triple{},
+            "Set inner node 1 … segments − 1 of a line: m, m/s in tank axes.")
+        .def(
+            "set_body",
+            [](State& s, const std::string& body, const Triple& position, const std::array<double, 4>& q,
+               const Triple& velocity, const Triple& angular_velocity) {
+                s.set_body(body, to_vec3(position), Quat(q[0], q[1], q[2], q[3]), to_vec3(velocity),
+                           to_vec3(angular_velocity));
+            },
+            "body"_a, "position"_a, "quaternion"_a = std::array<double, 4>{1.0, 0.0, 0.0, 0.0},
+            "velocity"_a = Triple{}, "angular_velocity"_a = Triple{},
+            "Set a body: origin m and m/s in tank axes, quaternion (w, x, y, z) body → tank, rad/s in body axes.")
+        .def(
+            "save",
+            [](const State& s) {
+                const std::string bytes = s.save();
+                return nb::bytes(bytes.data(), bytes.size());
+            },
+            "The exact state as bytes (for this model, on machines of the same byte order).")
+        .def(
+            "restore", [](State& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
+            "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.");
+    bind_readers(state, [](const State& s) -> const State& { return s; });
+
+    nb::class_<GeneralizedAlpha>(module, "GeneralizedAlpha", R"(Generalised-α integrator (Chung & Hulbert 1993; Arnold & Brüls 2007).
+
+Second order, unconditionally stable on linear systems; rho_inf (0 … 1) is the spectral radius at infinite frequency:
+1 damps nothing, 0 damps most.)")
+        .def(nb::init<double>(), nb::kw_only(), "rho_inf"_a = 0.8)
+        .def_prop_ro("rho_inf", &GeneralizedAlpha::rho_inf);
+
+    nb::class_<Energy>(module, "Energy", "Mechanical energy of what moves freely, J.")
+        .def_ro("kinetic", &Energy::kinetic, "J, added mass included")
+        .def_ro("gravity", &Energy::gravity, "J, weight minus buoyancy; exact if everything is dry or immersed")
+        .def_ro("elastic", &Energy::elastic, "J")
+        .def_prop_ro("total", [](const Energy& e) { return e.kinetic + e.gravity + e.elastic; }, "J");
+    module.def("energy", &energy, "state"_a, "Mechanical energy of a state.");
+
+    nb::class_<Simulator> simulator(module, "Simulator", R"(Advances one state in time.
+
+max_step: s, the largest step; newton_tolerance: largest residual relative to the weight in air of the system;
+max_iterations: Newton iterations before a step is halved. Each step that cannot be solved is halved, down to
+max_step/4096, then ConvergenceError is raised and the state stays at the last good instant.
+The GIL is released while stepping; use each simulator from one thread at a time.)");
+    simulator
+        .def(
+            "__init__",
+            [](Simulator* self, const SharedModel& model, const State& state, const GeneralizedAlpha& integrator,
+               double max_step, double newton_tolerance, int max_iterations) {
+                if (state.model != model.model) throw InvalidInput("the state belongs to another model");
+                new (self) Simulator(state, integrator, max_step, {max_iterations, newton_tolerance});
+            },
+            "model"_a, "state"_a, nb::kw_only(), "integrator"_a = GeneralizedAlpha{}, "max_step"_a = 0.005,
+            "newton_tolerance"_a = NewtonSettings{}.tolerance, "max_iterations"_a = NewtonSettings{}.max_iterations)
+        .def(
+            "step",
+            [](Simulator& s, double t_end, const MotionArgument& motion) {
+                const Motions motions = to_motions(s.model(), motion);
+                nb::gil_scoped_release released;
+                s.step(t_end, motions);
+            },
+            "t_end"_a, "motion"_a,
+            "Step until exactly t_end (s) with a law of motion (or a dict of one for each prescribed point), which\n"
+            "is evaluated inside the steps.")
+        .def(
+            "step_to",
+            [](Simulator& s, double t_end, const Triple& position, const Triple& velocity) {
+                nb::gil_scoped_release released;
+                s.step_to(t_end, to_vec3(position), to_vec3(velocity));
+            },
+            "t_end"_a, "position"_a, "velocity"_a,
+            "Live input: step until t_end (s) while the tow point follows the cubic from its present position and\n"
+            "velocity to the given ones (m, m/s in tank axes).")
+        .def(
+            "tensions",
+            [](const Simulator& s, const std::string& name) {
+                const Model::Line& line = s.model().lines[s.model().line_index(name)];
+                Eigen::VectorXd tensions(line.segments);
+                for (int i = 0; i < line.segments; ++i) tensions[i] = s.tension(line.first_segment + i);
+                return tensions;
+            },
+            "line"_a, "(segments,) N, from the line's start to its end.")
+        .def_prop_ro("state", [](const Simulator& s) { return State(s.state()); }, "A copy of the present state.")
+        .def(
+            "save",
+            [](const Simulator& s) {
+                const std::string bytes = s.state().save();
+                return nb::bytes(bytes.data(), bytes.size());
+            },
+            "The exact state as bytes: a simulator restored from it continues bit for bit alike.")
+        .def(
+            "restore", [](Simulator& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
+            "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.")
+        .def("copy", [](const Simulator& s) { return std::make_unique<Simulator>(s); },
+             "An independent simulator at the same state.")
+        .def_prop_ro("max_step", &Simulator::max_step, "s")
+        .def_prop_ro("steps", [](const Simulator& s) { return s.statistics().steps; }, "Accepted integrator steps.")
+        .def_prop_ro("newton_iterations", [](const Simulator& s) { return s.statistics().newton_iterations; },
+                     "Newton iterations in all steps so far.")
+        .def_prop_ro("halvings", [](const Simulator& s) { return s.statistics().halvings; },
+                     "How often a step had to be repeated with half the size.");
+    bind_readers(simulator, [](const Simulator& s) -> const State& { return s.state(); });
+
+    module.def(
+        "steady_tow",
+        [](const SharedModel& model, const PositionArgument& position, const Triple& velocity) {
+            std::vector<Vec3> positions;
+            for (const Triple& p : per_prescribed_point<Triple>(*model.model, position, "position")) {
+                positions.push_back(to_vec3(p));
+            }
+            nb::gil_scoped_release released;
+            return steady_tow(model.model, positions, to_vec3(velocity));
+        },
+        "model"_a, nb::kw_only(), "position"_a, "velocity"_a = Triple{},
+        "The state of steady tow at a constant velocity (m/s, tank axes; zero: hanging at rest), at time 0.\n\n"
+        "position: (3,) m of the prescribed point, or a dict of one for each. Solved by pseudo-transient continuation;\n"
+        "ConvergenceError names the place that could not be brought to equilibrium.");
+
+    module.def(
+        "_record_run",
+        [](Simulator& simulator, const MotionArgument& motion, double t_end, double output_step) {
+            const Model& model = simulator.model();
+            const Motions motions = to_motions(model, motion);
+            Recording r;
+            {
+                nb::gil_scoped_release released;
+                r = record_run(simulator, motions, t_end, output_step);
+            }
+            const std::size_t samples = r.time.size();
+            const std::size_t entries = simulator.state().position.size();
+            nb::dict arrays;
+            arrays["time"] = array(std::move(r.time), {samples});
+            arrays["position"] = array(std::move(r.position), {samples, entries, 3});
+            arrays["velocity"] = array(std::move(r.velocity), {samples, entries, 3});
+            arrays["acceleration"] = array(std::move(r.acceleration), {samples, entries, 3});
+            arrays["attitude"] = array(std::move(r.attitude), {samples, model.bodies.size(), 4});
+            arrays["tension"] = array(std::move(r.tension), {samples, model.segments.size()});
+            return arrays;
+        },
+        "simulator"_a, "motion"_a, "t_end"_a, "output_step"_a);
+
+    // The equations themselves, for verification.
+    module.def("_residual", &residual, "state"_a);
+    module.def(
+        "_jacobian",
+        [](const State& s, const Triple& rates) { return jacobian(s, {rates[0], rates[1], rates[2]}); }, "state"_a,
+        "rates"_a);
+    module.def(
+        "_displaced",
+        [](const State& s, const Eigen::VectorXd& displacement, const Triple& rates) {
+            return displaced(s, displacement, {rates[0], rates[1], rates[2]});
+        },
+        "state"_a, "displacement"_a, "rates"_a);
+}
+
+}  // namespace sim_core::python
