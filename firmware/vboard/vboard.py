@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The virtual board as a Python object: the real firmware in an emulated microcontroller, without a clock.
+"""The virtual board as a Python object: the real firmware in an emulated microcontroller.
 
-Time is what the caller makes it: `run_until` emulates up to an instant, in nanoseconds since power-on,
-as fast as the machine can. The same inputs give the same bytes.
+It has no clock. Time is what the caller makes it: `run_until` emulates up to an instant, in
+nanoseconds since power-on, as fast as the machine can. The same inputs give the same bytes.
 
     with VirtualBoard("build/firmware/towtank_board.elf", seed=3) as board:
         board.push_bench(BenchFrame(10_000_000, (0.02, 0.02, 1.65, 1.65, 2.31, 10.0), 0.0, 0.0))

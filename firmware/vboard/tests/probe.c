@@ -8,10 +8,12 @@
 //   s N bytes…   SPI: CS low, exchange N bytes, CS high [bytes received]
 //   c L          CS to level L; then `x N bytes…` exchanges without moving CS [bytes]
 //   y L          SYNC to level L
-//   t N          SYNC pulse, then N times: wait for RDY̅, note ticks since SYNC rose, read DATA, 5 bytes
-//                [N × (ticks u32, 5 bytes)]; 0xFFFFFFFF and zeros if RDY̅ does not come within 0.5 s
+//   t N          SYNC pulse, then N ≤ 16 times: wait for RDY̅, note ticks, read DATA, 5 bytes
+//                [ticks u32 at which SYNC rose, N × (ticks u32, 5 bytes)];
+//                0xFFFFFFFF and zeros if RDY̅ does not come within 0.5 s
 //   n            encoder counts [crank i32, carriage i32, illegal steps u16]
 //   k            ticks of 0.5 µs since reset [u32]
+//   z            ticks at the last edge of the crank encoder [u32]
 //   v            RDY̅ level [u8]
 //   i            interrupts of RDY̅ (falling edge, INT4 always on) [u16]
 //   f            flag registers, see flags() [5 bytes]
@@ -41,6 +43,7 @@ void early(void)
 static volatile uint16_t tick_overflows, ready_edges;
 static volatile int32_t counts[2];
 static volatile uint16_t illegal;
+static volatile uint32_t last_crank_edge;
 static volatile uint8_t received[256], received_head;
 static uint8_t received_tail;
 
@@ -72,17 +75,6 @@ static void decode(uint8_t which)
         counts[which] += step;
 }
 
-ISR(INT0_vect)
-{
-    decode(0);
-}
-ISR(INT1_vect, ISR_ALIASOF(INT0_vect));
-ISR(INT2_vect)
-{
-    decode(1);
-}
-ISR(INT3_vect, ISR_ALIASOF(INT2_vect));
-
 static uint32_t ticks(void)
 {
     uint8_t sreg = SREG;
@@ -94,6 +86,18 @@ static uint32_t ticks(void)
     SREG = sreg;
     return (uint32_t)high << 16 | low;
 }
+
+ISR(INT0_vect)
+{
+    last_crank_edge = ticks();
+    decode(0);
+}
+ISR(INT1_vect, ISR_ALIASOF(INT0_vect));
+ISR(INT2_vect)
+{
+    decode(1);
+}
+ISR(INT3_vect, ISR_ALIASOF(INT2_vect));
 
 static void send(uint8_t byte)
 {
@@ -161,9 +165,10 @@ static void time_conversions(uint8_t count)
     uint32_t start = ticks();
     for (uint8_t i = 0; i < count; i++) {
         uint32_t waited = 0;
-        while (PINE & _BV(PE4) && waited < 1000000)
+        do
             waited = ticks() - start;
-        instants[i] = ticks() - start;
+        while (PINE & _BV(PE4) && waited < 1000000);
+        instants[i] = start + waited;
         if (PINE & _BV(PE4)) {
             instants[i] = 0xFFFFFFFF;
             continue;
@@ -173,6 +178,7 @@ static void time_conversions(uint8_t count)
             data[i][j] = exchange(0);
     }
     set_cs(true);
+    send_u32(start);
     for (uint8_t i = 0; i < count; i++) {
         send_u32(instants[i]);
         for (uint8_t j = 0; j < 5; j++)
@@ -279,6 +285,14 @@ int main(void)
             break;
         case 'k':
             send_u32(ticks());
+            break;
+        case 'z':
+            cli();
+            {
+                uint32_t edge = last_crank_edge;
+                sei();
+                send_u32(edge);
+            }
             break;
         case 'v':
             send(PINE >> PE4 & 1);

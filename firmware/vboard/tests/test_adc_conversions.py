@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Codes and their timing: closed forms, the sequence that SYNC starts, the front end's poles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from probe_link import (
+    ACCELEROMETER,
+    AVSS,
+    BIPOLAR,
+    INTERNAL_REFERENCE,
+    MILLISECOND,
+    QUIET_VOLTS,
+    SECOND,
+    SETTLED_S,
+)
+from scipy.signal import lsim
+
+TICK_S = 0.5e-6
+# The probe polls RDY̅ about every 4 µs and reads the counter before the level: 10 µs covers
+# both, and the few cycles between the SYNC edge and the tick noted for it.
+POLLING_S = 10e-6
+
+BRIDGE = (0, 1, BIPOLAR)  # AIN0 − AIN1, reference REFIN1
+EXCITATION = (7, AVSS, INTERNAL_REFERENCE)
+
+GAIN_BRIDGE = 40.37
+POLE_BRIDGE_HZ = 40.7
+
+
+def bipolar_code(ratio: float) -> float:
+    return min(max(2**23 * (ratio + 1), 0), 2**24 - 1)
+
+
+def unipolar_code(ratio: float) -> float:
+    return min(max(2**24 * ratio, 0), 2**24 - 1)
+
+
+def settle(probe, volts) -> None:
+    """Constant inputs for long enough that every pole has forgotten what was before."""
+    start = probe.board.now_ns
+    probe.push(start + MILLISECOND, volts)
+    probe.push(start + 10 * SECOND, volts)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_codes_follow_the_closed_form(open_probe, seed):
+    random = np.random.default_rng(seed)
+    bridge = random.uniform(-0.05, 0.05)
+    accelerometer = random.uniform(0.0, 2.49)
+    excitation = random.uniform(9.0, 12.0)
+    probe = open_probe()
+    settle(probe, (bridge, 0.0, accelerometer, 1.65, 2.31, excitation))
+    probe.set_up_scan(BRIDGE, ACCELEROMETER, EXCITATION)
+    _, conversions = probe.convert(3)
+    assert all(c.crc_good for c in conversions)
+    assert [c.status & 0x0F for c in conversions] == [0, 1, 2]
+    expected = [
+        bipolar_code(GAIN_BRIDGE * bridge / (excitation / 4)),
+        unipolar_code(accelerometer / 2.5),
+        unipolar_code(0.2 * excitation / 2.5),
+    ]
+    # Rounding to the nearest code is half a code; rounding in the arithmetic another trifle.
+    for conversion, code in zip(conversions, expected, strict=True):
+        assert abs(conversion.code - code) <= 0.51
+
+
+def test_codes_clip_at_both_ends(open_probe):
+    probe = open_probe()
+    settle(probe, (-1.0, 0.0, 3.0, 1.65, 2.31, 10.0))
+    probe.set_up_scan(BRIDGE, ACCELEROMETER)
+    _, (low, high) = probe.convert(2)
+    assert (low.code, high.code) == (0, 0xFFFFFF)
+
+
+def test_internal_reference_must_be_switched_on(open_probe):
+    probe = open_probe()
+    settle(probe, QUIET_VOLTS)
+    probe.set_up_scan(ACCELEROMETER)
+    probe.write((0x01, 2), 1 << 10 | 2 << 6)  # ADC_CONTROL without REF_EN
+    _, (conversion,) = probe.convert(1)
+    assert conversion.code == 0xFFFFFF  # divided by no reference
+
+
+def test_housekeeping_sources(open_probe):
+    probe = open_probe()
+    probe.set_up_scan(
+        (16, AVSS, BIPOLAR | INTERNAL_REFERENCE), (20, 21, BIPOLAR | INTERNAL_REFERENCE)
+    )
+    _, (temperature, supply) = probe.convert(2)
+    # The data sheet's formula at 25 °C, and a sixth of 3.3 V; half a code by rounding.
+    assert (temperature.code - 2**23) / 13584 - 272.5 == pytest.approx(25.0, abs=0.5 / 13584)
+    assert abs(supply.code - bipolar_code(3.3 / 6 / 2.5)) <= 0.51
+
+
+@pytest.mark.parametrize("ppm", [0.0, 50_000.0, -50_000.0])
+def test_sync_starts_a_sequence_of_settled_conversions(open_probe, ppm):
+    probe = open_probe(adc_clock_ppm=ppm)
+    settle(probe, QUIET_VOLTS)
+    probe.set_up_scan(BRIDGE, ACCELEROMETER, EXCITATION)
+    start, conversions = probe.convert(7)
+    period = SETTLED_S / (1 + ppm * 1e-6)
+    assert [c.status & 0x0F for c in conversions] == [0, 1, 2, 0, 1, 2, 0]
+    for i, conversion in enumerate(conversions):
+        assert (conversion.ticks - start) * TICK_S == pytest.approx((i + 1) * period, abs=POLLING_S)
+
+
+def test_ready_stays_high_while_sync_is_low_and_after_the_read(open_probe):
+    probe = open_probe()
+    settle(probe, QUIET_VOLTS)
+    probe.set_up_scan(BRIDGE)
+    probe.tell(b"c\x00")
+    probe.board.run_until(probe.board.now_ns + 20 * MILLISECOND)
+    assert probe.ask(b"v", 1) == b"\x01"
+    probe.tell(b"y\x01")
+    probe.board.run_until(probe.board.now_ns + 20 * MILLISECOND)
+    assert probe.ask(b"v", 1) == b"\x00"
+    probe.tell(b"c\x01")
+    assert probe.ask(b"v", 1) == b"\x01"  # CS high: pulled up
+    probe.tell(b"y\x00")
+    probe.tell(b"c\x00")
+    assert probe.ask(b"v", 1) == b"\x01"
+
+
+def test_an_unread_result_is_replaced_with_a_pulse_on_ready(open_probe):
+    probe = open_probe()
+    settle(probe, QUIET_VOLTS)
+    probe.set_up_scan(BRIDGE, ACCELEROMETER)
+    probe.tell(b"c\x00")
+    (before,) = np.frombuffer(probe.ask(b"i", 2), "<u2")
+    conversions_before = probe.board.counters()["conversions"]
+    probe.tell(b"y\x01")
+    probe.board.run_until(probe.board.now_ns + 20 * MILLISECOND)
+    probe.tell(b"y\x00")
+    (after,) = np.frombuffer(probe.ask(b"i", 2), "<u2")
+    # Each result gives a falling edge, read or not.
+    conversions = probe.board.counters()["conversions"] - conversions_before
+    assert conversions >= 18
+    assert after - before == conversions
+
+
+def ticks_at_power_on(probe) -> float:
+    """Board ticks at true time 0, by an encoder edge at a known instant."""
+    # 4096 counts a revolution: angle crosses count 1 halfway between these two samples.
+    count = 2 * math.pi / 4096
+    start = probe.board.now_ns + MILLISECOND
+    probe.push(start, crank=0.0)
+    probe.push(start + 2 * MILLISECOND, crank=2 * count * (1 - 1e-9))
+    probe.board.run_until(start + 3 * MILLISECOND)
+    edge_s = start * 1e-9 + MILLISECOND * 1e-9
+    return probe.last_crank_edge() - edge_s / TICK_S
+
+
+def test_conversion_has_the_value_in_the_middle_of_its_interval(open_probe):
+    probe = open_probe()
+    zero = ticks_at_power_on(probe)
+    # A ramp that has outlasted the pole lags it by exactly its time constant.
+    slope = 1.0  # V/s
+    start = probe.board.now_ns + MILLISECOND
+    volts = [(0.0, 0.0, 0.5 + slope * t, 1.65, 2.31, 10.0) for t in (0.0, 1.9)]
+    probe.push(start, volts[0], crank=0.002)
+    probe.push(start + 1_900 * MILLISECOND, volts[1], crank=0.002)
+    probe.set_up_scan(ACCELEROMETER, EXCITATION)
+    probe.board.run_until(start + 1_000 * MILLISECOND)  # 90 time constants of 11 ms
+    rise, conversions = probe.convert(5)
+    tau = 1 / (2 * math.pi * 14.47)
+    for i in (0, 2, 4):
+        middle_s = (rise - zero) * TICK_S + (i + 0.5) * SETTLED_S
+        expected = 0.5 + slope * (middle_s - start * 1e-9 - tau)
+        # 10 µs of interrupt latency and of the instant noted for SYNC, at 1 V/s.
+        assert conversions[i].code / 2**24 * 2.5 == pytest.approx(expected, abs=slope * 10e-6)
+
+
+def test_pole_is_exact_between_sparse_frames(open_probe):
+    probe = open_probe()
+    zero = ticks_at_power_on(probe)
+    random = np.random.default_rng(7)
+    start = probe.board.now_ns + MILLISECOND
+    times = start + 10 * MILLISECOND * np.arange(60)  # 10 ms apart, 2.5 time constants
+    bridge = random.uniform(-0.05, 0.05, times.size)
+    for time, volts in zip(times, bridge, strict=True):
+        probe.push(int(time), (volts, 0.0, 1.65, 1.65, 2.31, 10.0), crank=0.002)
+    probe.set_up_scan(BRIDGE, EXCITATION)
+    probe.board.run_until(int(times[20]))
+    for _ in range(20):
+        rise, conversions = probe.convert(1)
+        middle_s = (rise - zero) * TICK_S + 0.5 * SETTLED_S
+        # An independent solution: SciPy's, for an input that is linear between the instants given.
+        grid = np.sort(np.append(times * 1e-9, middle_s))
+        tau = 1 / (2 * math.pi * POLE_BRIDGE_HZ)
+        u = np.interp(grid, times * 1e-9, bridge)
+        fine = np.linspace(grid[0], middle_s, 20_001)
+        y = lsim(([1.0], [tau, 1.0]), np.interp(fine, grid, u), fine, X0=[u[0] * tau])[1]
+        measured = (conversions[0].code / 2**23 - 1) * 2.5 / GAIN_BRIDGE
+        # The output moves by at most 0.1 V/τ = 26 V/s: 10 µs of doubt about the instant are
+        # 0.26 mV; the grid of 0.03 ms adds a tenth of that.
+        assert measured == pytest.approx(y[-1], abs=0.3e-3)
+
+
+def test_noise_is_white_and_has_its_sigma(open_probe):
+    sigma = 1e-3
+    probe = open_probe(noise_volts=sigma, seed=5)
+    settle(probe, QUIET_VOLTS)
+    probe.set_up_scan(ACCELEROMETER)
+    volts = []
+    for _ in range(40):
+        volts += [c.code / 2**24 * 2.5 for c in probe.convert(16)[1]]
+    n = len(volts)
+    deviations = np.array(volts) - 1.65
+    # Four standard errors each: of the mean, of the standard deviation, of the lag-1 correlation.
+    assert abs(deviations.mean()) < 4 * sigma / math.sqrt(n)
+    assert abs(deviations.std() / sigma - 1) < 4 / math.sqrt(2 * n)
+    assert abs(np.corrcoef(deviations[1:], deviations[:-1])[0, 1]) < 4 / math.sqrt(n)
