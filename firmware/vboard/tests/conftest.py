@@ -43,6 +43,12 @@ def open_probe() -> Iterator[Callable[..., Probe]]:
 
 
 @pytest.fixture
+def program() -> Path:
+    """The executable."""
+    return BUILD / "vboard/towtank-vboard"
+
+
+@pytest.fixture
 def board_elf() -> Path:
     """The real firmware."""
     elf = BUILD / "towtank_board.elf"
