@@ -22,6 +22,9 @@ setup(
     entry_points={
         "console_scripts": [
             "adc_board = towtank_daq.adc_board_node:main",
+            "pressure = towtank_daq.pressure_node:main",
+            "inclinometer = towtank_daq.inclinometer_node:main",
+            "encoder = towtank_daq.encoder_node:main",
         ],
     },
 )

@@ -26,8 +26,13 @@ from towtank_rig import RigError, load_rig
 
 from towtank_daq.board import AdcBoard, BoardError, Scan
 from towtank_daq.clock import clock_offset_ns
-from towtank_daq.description import BoardDescription, installed_description, load_description
-from towtank_daq.protocol import Protocol
+from towtank_daq.description import (
+    BoardDescription,
+    DescriptionError,
+    installed_description,
+    load_description,
+)
+from towtank_daq.protocol import Protocol, ProtocolError
 from towtank_daq.serial_port import SerialPort
 
 _POLL_S = 0.2  # how soon the serial thread sees that it shall end
@@ -247,4 +252,4 @@ def _check_channels(rig_path: str, board: BoardDescription) -> None:
 
 
 def main() -> None:
-    sys.exit(run_node(AdcBoardNode, (RigError,)))
+    sys.exit(run_node(AdcBoardNode, (RigError, DescriptionError, ProtocolError)))

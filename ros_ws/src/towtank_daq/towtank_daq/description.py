@@ -63,6 +63,7 @@ class _Input(BaseModel):
     gain: float
     output_reference_volts: float
     pole_hz: float = Field(gt=0)
+    noise_volts: float = Field(ge=0)
 
 
 class _Wire(BaseModel):

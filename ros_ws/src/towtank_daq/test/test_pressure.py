@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Codes to pressure and depth, and zeroing."""
+
+import math
+import random
+from pathlib import Path
+
+import pytest
+from towtank_daq.pressure import PressureSensor, ZeroingError
+from towtank_rig import load_rig
+
+RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
+ALL_VALID = 0x3F
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig(RIG)
+
+
+@pytest.fixture
+def sensor(rig, description):
+    return PressureSensor(rig, description, "depressor_pressure", zero_scans=200)
+
+
+def code_of(bridge_volts: float) -> int:
+    """Hand formula: INA128 gain 40.37, bipolar AD7124 code at 2.5 V."""
+    return round(2**23 * (40.37 * bridge_volts / 2.5 + 1))
+
+
+def codes(depth: float, rig, noise: float = 0.0) -> list[int]:
+    """A scan with the depressor at `depth` (m): 40 mV at 50 kPa, rho g of the rig."""
+    pressure = rig.water.density.value * rig.water.gravity.value * depth
+    scan = [0] * 6
+    scan[1] = code_of(0.040 * (pressure + noise) / 50_000)
+    return scan
+
+
+def at_rest(sensor, rig, depth: float, scans: int = 200, scatter_m: float = 0.0) -> None:
+    source = random.Random(1)
+    for _ in range(scans):
+        sensor.process(codes(depth + source.gauss(0.0, scatter_m), rig), ALL_VALID)
+
+
+def test_known_depth(sensor, rig):
+    """One code is 40.37^-1 * 2.5 V / 2^23 = 7.4 nV, 0.94 um of water."""
+    reading = sensor.process(codes(1.5, rig), ALL_VALID)
+    assert reading.depth == pytest.approx(1.5, abs=1e-6)
+    weight = rig.water.density.value * rig.water.gravity.value
+    assert reading.pressure == pytest.approx(1.5 * weight, abs=0.01)
+    assert reading.valid
+
+
+def test_own_channel_is_read(rig, description):
+    fish = PressureSensor(rig, description, "fish_pressure", zero_scans=200)
+    scan = codes(1.5, rig)
+    scan[0] = code_of(0.0)
+    assert fish.process(scan, ALL_VALID).depth == pytest.approx(0.0, abs=1e-6)
+
+
+def test_scan_without_this_conversion(sensor, rig):
+    reading = sensor.process(codes(1.5, rig), ALL_VALID & ~0b10)
+    assert not reading.valid
+    assert math.isnan(reading.depth)
+    assert math.isnan(reading.pressure)
+
+
+@pytest.mark.parametrize("code", [0, 2**24 - 1, code_of(0.0405), code_of(-0.0025)])
+def test_beyond_scale_or_range_is_not_valid(sensor, code):
+    assert not sensor.process([0, code, 0, 0, 0, 0], ALL_VALID).valid
+
+
+def test_zeroing_makes_depth_relative(sensor, rig):
+    before = sensor.process(codes(1.25, rig), ALL_VALID)
+    at_rest(sensor, rig, 1.2, scatter_m=0.0001)
+    message = sensor.zero()
+    after = sensor.process(codes(1.25, rig), ALL_VALID)
+    assert sensor.zeroed
+    # the mean of 200 samples that scatter by 0.1 mm: 0.007 mm; four of these
+    assert after.depth == pytest.approx(0.05, abs=0.00003)
+    assert after.pressure == before.pressure
+    assert after.depth_uncertainty < before.depth_uncertainty
+    assert message.startswith("zero at 1.2")
+    assert "200 scans" in message
+
+
+def test_second_zeroing_replaces_the_first(sensor, rig):
+    at_rest(sensor, rig, 1.2)
+    sensor.zero()
+    at_rest(sensor, rig, 0.7)
+    sensor.zero()
+    assert sensor.process(codes(0.7, rig), ALL_VALID).depth == pytest.approx(0.0, abs=2e-6)
+
+
+def test_too_few_scans_to_zero(sensor, rig):
+    at_rest(sensor, rig, 1.2, scans=199)
+    assert not sensor.can_be_zeroed
+    with pytest.raises(ZeroingError, match="only 199 of 200 good scans have come: wait"):
+        sensor.zero()
+
+
+def test_bad_scans_do_not_count_for_zeroing(sensor, rig):
+    at_rest(sensor, rig, 1.2, scans=199)
+    sensor.process(codes(1.2, rig), 0)
+    assert not sensor.can_be_zeroed
+
+
+def test_moving_sensor_is_not_zeroed(sensor, rig):
+    """Heave of 1 mm at 0.5 Hz: 0.7 mm rms, against some 0.1 mm of noise."""
+    for k in range(200):
+        depth = 1.2 + 0.001 * math.sin(math.pi * 0.01 * k)
+        sensor.process(codes(depth, rig), ALL_VALID)
+    with pytest.raises(ZeroingError, match=r"scatters by 0\.7\d mm .* bring the sensor to rest"):
+        sensor.zero()
+    assert not sensor.zeroed
+
+
+def test_noisy_sensor_is_not_zeroed(sensor, rig):
+    at_rest(sensor, rig, 1.2, scatter_m=0.001)
+    with pytest.raises(ZeroingError, match="check its wiring"):
+        sensor.zero()
+
+
+def test_uncertainty_before_zeroing_covers_the_offset(sensor, rig):
+    """The data sheet's +-1 mV is 127 mm of water, evenly distributed: 74 mm standard."""
+    reading = sensor.process(codes(1.0, rig), ALL_VALID)
+    assert 0.074 < reading.depth_uncertainty < 0.080
+    weight = rig.water.density.value * rig.water.gravity.value
+    assert reading.pressure_uncertainty == pytest.approx(weight * reading.depth_uncertainty)

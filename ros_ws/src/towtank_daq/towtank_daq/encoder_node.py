@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node of the two encoders: scans in, position and velocity of crank and carriage out."""
+
+from __future__ import annotations
+
+import sys
+
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from towtank_interfaces.msg import AdcScan
+from towtank_node.main import run_node
+from towtank_node.parameters import Parameter
+from towtank_node.qos import SENSOR_QOS
+from towtank_rig import RigError
+from towtank_rig.conversion import carriage_encoder, crank_encoder
+
+from towtank_daq.description import DescriptionError
+from towtank_daq.encoder import WINDOW_S, Encoder
+from towtank_daq.scan_node import ScanNode, set_stamp, stamp_ns
+
+_PARAMETERS = (
+    Parameter(
+        "velocity_window_s",
+        float,
+        "span of the positions that a velocity is fitted to, s",
+        WINDOW_S,
+        minimum=0.03,
+        maximum=2.0,
+    ),
+)
+
+
+class EncoderNode(ScanNode):
+    """Positions count from the first scan, or from the last call of ~/zero."""
+
+    def __init__(self) -> None:
+        super().__init__("encoder", _PARAMETERS)
+        window_s = self.parameters.velocity_window_s
+        self._crank = Encoder(crank_encoder(self.rig).per_count, window_s)
+        self._carriage = Encoder(carriage_encoder(self.rig).per_count, window_s)
+        self._ready = False
+        self._joints = JointState()
+        self._joints.name = ["crank", "carriage"]
+        self._publisher = self.create_publisher(JointState, "joint_states", SENSOR_QOS)
+        self.create_service(Trigger, "~/zero", self._on_zero)
+        self.listen()
+
+    def take(self, scan: AdcScan) -> None:
+        # The board latches the counts at the scan's tick: no delay to add
+        sampled_ns = stamp_ns(scan.header.stamp)
+        crank, crank_rate = self._crank.update(sampled_ns, scan.crank_count)
+        carriage, carriage_speed = self._carriage.update(sampled_ns, scan.carriage_count)
+        set_stamp(self._joints.header.stamp, sampled_ns)
+        self._joints.position = [crank, carriage]
+        self._joints.velocity = [crank_rate, carriage_speed]
+        self._publisher.publish(self._joints)
+        if not self._ready:
+            self._ready = True
+            self.diagnostics.ready()
+
+    def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._crank.zero()
+        self._carriage.zero()
+        response.success = True
+        response.message = "crank and carriage are zero at the next scan"
+        return response
+
+
+def main() -> None:
+    sys.exit(run_node(EncoderNode, (RigError, DescriptionError)))

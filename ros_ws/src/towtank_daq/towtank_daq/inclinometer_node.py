@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node of the fish's accelerometer: scans in, specific force and inclination out."""
+
+from __future__ import annotations
+
+import sys
+
+from sensor_msgs.msg import Imu
+from towtank_interfaces.msg import AdcScan, Inclination
+from towtank_node.main import run_node
+from towtank_node.qos import SENSOR_QOS
+from towtank_rig import RigError
+
+from towtank_daq.description import DescriptionError
+from towtank_daq.inclinometer import Inclinometer
+from towtank_daq.scan_node import ScanNode, set_stamp, stamp_ns
+
+
+class InclinometerNode(ScanNode):
+    """The three axes are sampled one after another; the stamp is the mean of their instants."""
+
+    def __init__(self) -> None:
+        super().__init__("inclinometer")
+        self._sensor = Inclinometer(self.rig, self.board)
+        self._ready = False
+        self._imu, self._inclination = Imu(), Inclination()
+        self._imu.header.frame_id = "fish"
+        self._inclination.header.frame_id = "accelerometer"
+        self._imu.orientation_covariance[0] = -1.0  # REP-145: not measured
+        self._imu.angular_velocity_covariance[0] = -1.0
+        for axis in range(3):
+            self._imu.linear_acceleration_covariance[4 * axis] = self._sensor.force_noise**2
+        self._imus = self.create_publisher(Imu, "imu", SENSOR_QOS)
+        self._inclinations = self.create_publisher(Inclination, "inclination", SENSOR_QOS)
+        self.listen()
+
+    def take(self, scan: AdcScan) -> None:
+        reading = self._sensor.process(scan.codes, scan.valid_mask)
+        delays_ns = [int(scan.channel_delay_ns[channel]) for channel in self._sensor.channels]
+        sampled_ns = stamp_ns(scan.header.stamp) + sum(delays_ns) // len(delays_ns)
+        imu, inclination = self._imu, self._inclination
+        set_stamp(imu.header.stamp, sampled_ns)
+        set_stamp(inclination.header.stamp, sampled_ns)
+        force = imu.linear_acceleration
+        force.x, force.y, force.z = reading.specific_force
+        inclination.pitch = reading.pitch
+        inclination.roll = reading.roll
+        inclination.pitch_standard_uncertainty = reading.pitch_uncertainty
+        inclination.roll_standard_uncertainty = reading.roll_uncertainty
+        inclination.valid = reading.valid
+        self._imus.publish(imu)
+        self._inclinations.publish(inclination)
+        if not self._ready:
+            self._ready = True
+            self.diagnostics.ready()
+
+
+def main() -> None:
+    sys.exit(run_node(InclinometerNode, (RigError, DescriptionError)))

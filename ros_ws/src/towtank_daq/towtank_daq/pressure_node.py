@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node of one pressure sensor: scans in, gauge pressure and depth out, a service to zero it."""
+
+from __future__ import annotations
+
+import sys
+
+from sensor_msgs.msg import FluidPressure
+from std_srvs.srv import Trigger
+from towtank_interfaces.msg import AdcScan, Depth
+from towtank_node.main import run_node
+from towtank_node.parameters import Parameter
+from towtank_node.qos import SENSOR_QOS
+from towtank_rig import RigError
+
+from towtank_daq.description import DescriptionError
+from towtank_daq.pressure import PressureSensor, ZeroingError
+from towtank_daq.scan_node import ScanNode, set_stamp, stamp_ns
+
+_PARAMETERS = (
+    Parameter(
+        "sensor",
+        str,
+        "the rig's pressure sensor that this node reads",
+        choices=("fish_pressure", "depressor_pressure"),
+    ),
+    Parameter("zero_scans", int, "scans that zeroing averages", 200, minimum=10, maximum=10_000),
+)
+
+
+class PressureNode(ScanNode):
+    """Ready once enough scans have come to be zeroed."""
+
+    def __init__(self) -> None:
+        super().__init__("pressure_sensor", _PARAMETERS)
+        sensor = self.parameters.sensor
+        self._sensor = PressureSensor(self.rig, self.board, sensor, self.parameters.zero_scans)
+        self._ready = False
+        self._pressure, self._depth = FluidPressure(), Depth()
+        self._pressure.header.frame_id = self._depth.header.frame_id = sensor
+        self._pressures = self.create_publisher(FluidPressure, "pressure", SENSOR_QOS)
+        self._depths = self.create_publisher(Depth, "depth", SENSOR_QOS)
+        self.create_service(Trigger, "~/zero", self._on_zero)
+        self.listen()
+
+    def take(self, scan: AdcScan) -> None:
+        reading = self._sensor.process(scan.codes, scan.valid_mask)
+        sampled_ns = stamp_ns(scan.header.stamp) + int(scan.channel_delay_ns[self._sensor.channel])
+        pressure, depth = self._pressure, self._depth
+        set_stamp(pressure.header.stamp, sampled_ns)
+        set_stamp(depth.header.stamp, sampled_ns)
+        pressure.fluid_pressure = reading.pressure
+        pressure.variance = reading.pressure_uncertainty**2
+        depth.depth = reading.depth
+        depth.standard_uncertainty = reading.depth_uncertainty
+        depth.valid = reading.valid
+        depth.zeroed = self._sensor.zeroed
+        self._pressures.publish(pressure)
+        self._depths.publish(depth)
+        if not self._ready and self._sensor.can_be_zeroed:
+            self._ready = True
+            self.diagnostics.ready()
+
+    def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            response.message = self._sensor.zero()
+            response.success = True
+            self.get_logger().info(response.message)
+        except ZeroingError as error:
+            response.message = str(error)
+            self.get_logger().warning(response.message)
+        return response
+
+
+def main() -> None:
+    sys.exit(run_node(PressureNode, (RigError, DescriptionError)))
