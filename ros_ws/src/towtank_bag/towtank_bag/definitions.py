@@ -13,25 +13,8 @@ from pathlib import Path
 
 _SEPARATOR = "=" * 80
 _PRIMITIVES = frozenset(
-    # fmt: off
-    (
-        "bool",
-        "byte",
-        "char",
-        "int8",
-        "uint8",
-        "int16",
-        "uint16",
-        "int32",
-        "uint32",
-        "int64",
-        "uint64",
-        "float32",
-        "float64",
-        "string",
-        "wstring",
-    )
-    # fmt: on
+    ["bool", "byte", "char", "string", "wstring", "float32", "float64"]
+    + [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
 )
 # A field or constant: a type, perhaps bounded (string<=8) or an array, then a name.
 _FIELD = re.compile(r"^\s*(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
