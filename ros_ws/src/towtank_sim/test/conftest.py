@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rigs, and nodes of this package run as processes of their own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from towtank_rig import load_rig
+
+RIGS = Path(__file__).resolve().parents[4] / "hardware" / "rigs"
+PATIENCE_S = 30.0  # a test that has waited so long has failed
+
+
+@pytest.fixture(scope="session")
+def nit_calicut():
+    return load_rig(RIGS / "nit_calicut_2012.yaml")
+
+
+@pytest.fixture(scope="session")
+def wu_chwang():
+    return load_rig(RIGS / "wu_chwang_2001.yaml")
+
+
+class RunningNode:
+    """A node of towtank_sim as its own process, in its place of the graph."""
+
+    def __init__(self, module: str, namespace: str, name: str, domain: int, parameters: dict):
+        arguments = ["--ros-args", "-r", f"__ns:={namespace}", "-r", f"__node:={name}"]
+        for key, value in parameters.items():
+            arguments += ["-p", f"{key}:={value}"]
+        start = f"from towtank_sim.{module} import main; raise SystemExit(main())"
+        self.popen = subprocess.Popen(
+            [sys.executable, "-c", start, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
+        )
+
+    def has_ended(self, within: float) -> bool:
+        """True if it ends within so many seconds."""
+        try:
+            self.popen.wait(within)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def interrupt(self) -> tuple[int, str]:
+        """Stop it as Ctrl-C does; returns its exit status and its standard error."""
+        self.popen.send_signal(signal.SIGINT)
+        return self.wait()
+
+    def wait(self) -> tuple[int, str]:
+        """Wait for its end; returns its exit status and its standard error."""
+        _, errors = self.popen.communicate(timeout=PATIENCE_S)
+        return self.popen.returncode, errors
+
+
+class Graph:
+    """A ROS domain of the test's own, with a probe node in it."""
+
+    def __init__(self, domain: int) -> None:
+        self._domain = domain
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self.probe = Node("probe", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.probe)
+        self._nodes: list[RunningNode] = []
+
+    def start(self, module: str, namespace: str, name: str, **parameters: object) -> RunningNode:
+        self._nodes.append(RunningNode(module, namespace, name, self._domain, parameters))
+        return self._nodes[-1]
+
+    def plant(self, **parameters: object) -> RunningNode:
+        return self.start("plant_node", "/plant", "simulator", **parameters)
+
+    def twin(self, **parameters: object) -> RunningNode:
+        return self.start("twin_node", "/twin", "simulator", **parameters)
+
+    def bench(self, **parameters: object) -> RunningNode:
+        return self.start("bench_node", "/plant", "bench", **parameters)
+
+    def spin_until(self, condition, what: str) -> None:
+        """Take part in the graph until `condition()`; fails if a node ends or nothing comes."""
+        deadline = time.monotonic() + PATIENCE_S
+        while not condition():
+            self._executor.spin_once(timeout_sec=0.05)
+            for node in self._nodes:
+                if node.popen.poll() is not None:
+                    pytest.fail(f"a node ended: {node.wait()}")
+            if time.monotonic() > deadline:
+                pytest.fail(f"{what}: not within {PATIENCE_S:g} s")
+
+    def collect(self, kind, topic: str, qos) -> list:
+        """Subscribe; returns the list that the messages come to."""
+        messages: list = []
+        self.probe.create_subscription(kind, topic, messages.append, qos)
+        return messages
+
+    def close(self) -> None:
+        for node in self._nodes:
+            if node.popen.poll() is None:
+                node.popen.kill()
+                node.popen.communicate()
+        self.probe.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+@pytest.fixture
+def graph():
+    with domain_id() as domain:
+        graph = Graph(domain)
+        yield graph
+        graph.close()

@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plant, bench and twin as processes in a graph."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import socket
+import struct
+import time
+from array import array
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState
+from towtank_interfaces.msg import CableState
+from towtank_interfaces.srv import SetDrive
+from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_rig.conversion import carriage_encoder, depth_from_pressure, pressure_conversion
+
+PERIOD_NS = 10_000_000
+FRAME = struct.Struct("<IIq6d2d")
+
+
+def stamp_of(message) -> int:
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def rig_path(rig) -> str:
+    return rig.source
+
+
+class FakeBoard:
+    """Listens as the virtual board does."""
+
+    def __init__(self, path) -> None:
+        self.path = str(path)
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._listener.bind(self.path)
+        self._listener.listen(1)
+        self._listener.setblocking(False)
+        self._bench: socket.socket | None = None
+        self.frames: list[tuple] = []
+
+    def receive(self) -> int:
+        """Take what has come; returns the number of frames so far."""
+        try:
+            if self._bench is None:
+                self._bench, _ = self._listener.accept()
+                self._bench.setblocking(False)
+            while packet := self._bench.recv(4096):
+                self.frames.append(FRAME.unpack(packet))
+        except BlockingIOError:
+            pass
+        return len(self.frames)
+
+    def close(self) -> None:
+        if self._bench is not None:
+            self._bench.close()
+        self._listener.close()
+
+
+@pytest.fixture
+def board(tmp_path):
+    board = FakeBoard(tmp_path / "bench")
+    yield board
+    board.close()
+
+
+# ---------------------------------------------------------------------------------- plant
+
+
+def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
+    odometry = graph.collect(Odometry, "/plant/fish/odometry", SENSOR_QOS)
+    depressor = graph.collect(Odometry, "/plant/depressor/odometry", SENSOR_QOS)
+    imu = graph.collect(Imu, "/plant/fish/imu", SENSOR_QOS)
+    joints = graph.collect(JointState, "/plant/joint_states", SENSOR_QOS)
+    cables = graph.collect(CableState, "/plant/cable_state", SENSOR_QOS)
+    leads = []
+    graph.probe.create_subscription(
+        JointState,
+        "/plant/joint_states",
+        lambda m: leads.append(stamp_of(m) - graph.probe.get_clock().now().nanoseconds),
+        SENSOR_QOS,
+    )
+    plant = graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
+    graph.spin_until(lambda: len(odometry) >= 150, "150 states of the plant")
+
+    stamps = [stamp_of(message) for message in joints]
+    # The machine may hold a process up, but no state is left out and none is stamped late.
+    assert {later - earlier for earlier, later in itertools.pairwise(stamps)} == {PERIOD_NS}
+    assert max(leads) <= 210_000_000  # the lead and a cycle
+    assert max(leads) > 100_000_000
+    for messages in (odometry, depressor, imu):
+        assert {stamp_of(m) for m in messages[5:100]} <= set(stamps)
+    distance = stamp_of(cables[1]) - stamp_of(cables[0])
+    assert distance == 5 * PERIOD_NS
+
+    fish = odometry[-1]
+    assert (fish.header.frame_id, fish.child_frame_id) == ("tank", "fish")
+    assert list(joints[-1].name) == ["crank", "carriage"]
+    assert list(joints[-1].position) == [0.0, 0.0]
+    assert depressor[-1].pose.pose.orientation.w == 1.0
+    # At rest an accelerometer feels gravity alone, upwards, whatever the fish's attitude.
+    force = imu[-1].linear_acceleration
+    assert math.hypot(force.x, force.y, force.z) == pytest.approx(
+        nit_calicut.water.gravity.value, rel=1e-6
+    )
+    # All lines meet: primary's end, depressor line's start and secondary's start are one point.
+    cable = cables[-1]
+    assert cable.line_names == ["primary", "depressor", "secondary"]
+    assert sum(cable.segment_counts) == 20
+    assert len(cable.x) == 23
+    assert len(cable.tension) == 20
+    first, second, _ = cable.segment_counts
+    junction = [(cable.x[i], cable.z[i]) for i in (first, first + 1, first + second + 2)]
+    assert junction[0] == junction[1] == junction[2]
+    assert cable.z[0] == nit_calicut.tow_point.height.value
+    assert plant.interrupt() == (0, "")
+
+
+def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
+    joints = graph.collect(JointState, "/plant/joint_states", SENSOR_QOS)
+    client = graph.probe.create_client(SetDrive, "/plant/set_drive")
+    graph.plant(rig=rig_path(nit_calicut))
+    graph.spin_until(lambda: joints and client.service_is_ready(), "the plant")
+
+    def set_drive(carriage_speed, crank_rate, ramp_time):
+        future = client.call_async(
+            SetDrive.Request(
+                carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
+            )
+        )
+        graph.spin_until(future.done, "the plant's answer")
+        return future.result()
+
+    refused = set_drive(math.nan, 0.0, 1.0)
+    assert not refused.success
+    assert refused.message.startswith("carriage_speed")
+    refused = set_drive(1.0, 3.0, 0.0)
+    assert not refused.success
+    assert refused.message.startswith("ramp_time")
+    assert all(list(message.velocity) == [0.0, 0.0] for message in joints)
+
+    accepted = set_drive(0.5, 2.0, 0.5)
+    assert accepted.success
+    graph.spin_until(lambda: joints[-1].velocity[1] == 0.5, "the carriage's speed")
+    assert joints[-1].velocity[0] == 2.0
+    # Half the ramp's time at full speed, since the ramp began.
+    moving = [m for m in joints if m.velocity[1] > 0.0]
+    start = stamp_of(moving[0]) - PERIOD_NS
+    elapsed = (stamp_of(joints[-1]) - start) * 1e-9
+    assert joints[-1].position[1] == pytest.approx(0.5 * (elapsed - 0.25), abs=1e-9)
+
+
+# ---------------------------------------------------------------------------------- bench
+
+
+def test_bench_turns_the_plants_states_into_frames_before_their_time(graph, nit_calicut, board):
+    odometry = graph.collect(Odometry, "/plant/depressor/odometry", SENSOR_QOS)
+    graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
+    bench = graph.bench(rig=rig_path(nit_calicut), socket=board.path, noise="none")
+    graph.spin_until(lambda: board.receive() >= 100 and odometry, "100 bench frames")
+    assert board.frames[-1][2] > time.monotonic_ns() - 200_000_000
+
+    magics, sequences, times = zip(*(frame[:3] for frame in board.frames), strict=True)
+    assert set(magics) == {0x31425754}
+    assert list(sequences) == list(range(len(sequences)))
+    assert {b - a for a, b in itertools.pairwise(times)} == {PERIOD_NS}
+
+    conversion = pressure_conversion(nit_calicut, "depressor_pressure")
+    depth = depth_from_pressure(conversion.pressure(board.frames[-1][4]), nit_calicut.water)
+    assert depth == pytest.approx(-odometry[-1].pose.pose.position.z, abs=1e-6)
+    assert board.frames[-1][8] == nit_calicut.board.excitation.value
+    assert bench.interrupt() == (0, "")
+
+
+def test_bench_ends_with_one_line_when_the_board_goes(graph, nit_calicut, board):
+    bench = graph.bench(rig=rig_path(nit_calicut), socket=board.path)
+    plant = graph.plant(rig=rig_path(nit_calicut))
+    graph.spin_until(lambda: board.receive() >= 5, "bench frames")
+    board.close()
+    status, errors = bench.wait()
+    assert status == 1
+    assert errors.startswith(f"error: bench socket {board.path}: the virtual board is gone")
+    assert errors.count("\n") == 1
+    assert plant.interrupt()[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("prepare", "cause"),
+    [
+        (lambda path: None, "No such file"),
+        (lambda path: path.write_text("no socket"), "Connection refused"),
+    ],
+)
+def test_bench_without_a_board_ends_with_one_line(graph, nit_calicut, tmp_path, prepare, cause):
+    path = tmp_path / "bench"
+    prepare(path)
+    status, errors = graph.bench(rig=rig_path(nit_calicut), socket=path).wait()
+    assert status == 1
+    assert cause in errors
+    assert str(path) in errors
+    assert errors.count("\n") == 1
+
+
+# ----------------------------------------------------------------------------------- twin
+
+
+class Encoders:
+    """Publishes measured joint states of a uniform run: 0.4 m/s, crank at 2 rad/s."""
+
+    def __init__(self, graph, rig) -> None:
+        self._publisher = graph.probe.create_publisher(
+            JointState, "/measured/joint_states", SENSOR_QOS
+        )
+        self._carriage = carriage_encoder(rig)
+        self._sample = 0
+        self.stamps: list[int] = []
+        self._timer = graph.probe.create_timer(0.01, self._publish)
+        self._graph = graph
+
+    def _publish(self) -> None:
+        if self._publisher.get_subscription_count() == 0:
+            return
+        stamp = 1_000_000_000_000 + self._sample * PERIOD_NS
+        t = self._sample * 0.01
+        message = JointState(name=["crank", "carriage"])
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+        position = self._carriage.value(self._carriage.counts(0.4 * t))
+        message.position = array("d", (2.0 * t, float(position)))
+        self._publisher.publish(message)
+        self.stamps.append(stamp)
+        self._sample += 1
+
+    def skip(self, samples: int) -> None:
+        self._sample += samples
+
+
+def test_twin_follows_measured_joints_and_reports_an_interruption(graph, nit_calicut):
+    fish = graph.collect(Odometry, "/twin/fish/odometry", SENSOR_QOS)
+    cables = graph.collect(CableState, "/twin/cable_state", SENSOR_QOS)
+    status = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+    encoders = Encoders(graph, nit_calicut)
+    twin = graph.twin(rig=rig_path(nit_calicut))
+    graph.spin_until(lambda: len(fish) >= 200, "200 states of the twin")
+
+    stamps = [stamp_of(message) for message in fish]
+    assert set(stamps) <= set(encoders.stamps)
+    assert stamps == sorted(set(stamps))
+    # It was started at the carriage's speed and stays behind it.
+    assert fish[-1].twist.twist.linear.x == pytest.approx(0.4, abs=0.2)
+    assert cables[-1].x[0] == pytest.approx(0.4 * (stamp_of(cables[-1]) * 1e-9 - 1000.0), abs=1e-3)
+    # The first one comes with the first state, the others at multiples of 50 ms.
+    assert {stamp_of(b) - stamp_of(a) for a, b in itertools.pairwise(cables[1:])} == {5 * PERIOD_NS}
+
+    encoders.skip(60)
+    before = len(fish)
+
+    def messages():
+        return [s.message for array_ in status for s in array_.status if "twin" in s.name]
+
+    graph.spin_until(lambda: len(fish) >= before + 100, "the twin's states after the gap")
+    said = messages()
+    assert any("no samples of crank and carriage for 0.61" in message for message in said)
+    assert "began anew after an interruption" in said[-1]
+    assert twin.interrupt() == (0, "")
+
+
+def test_twin_refuses_joints_without_a_crank(graph, nit_calicut):
+    twin = graph.twin(rig=rig_path(nit_calicut))
+    publisher = graph.probe.create_publisher(JointState, "/measured/joint_states", SENSOR_QOS)
+    graph.spin_until(lambda: publisher.get_subscription_count() > 0, "the twin")
+    # Best effort: the twin may not be listening yet when it is already seen here.
+    for _ in range(100):
+        publisher.publish(JointState(name=["carriage"], position=[1.0]))
+        if twin.has_ended(within=0.1):
+            break
+    status, errors = twin.wait()
+    assert status == 1
+    assert "no joint 'crank'" in errors
+    assert errors.count("\n") == 1
+
+
+# -------------------------------------------------------------------------------- bad input
+
+
+@pytest.mark.parametrize("module", ["plant_node", "twin_node"])
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"rig": "/nowhere/rig.yaml"}, "/nowhere/rig.yaml"),
+        ({}, "'rig' is missing"),
+        ({"rig": "{rig}", "segments": 4}, "4 segments are too few"),
+        ({"rig": "{rig}", "step_s": 0.5}, "'step_s'"),
+    ],
+)
+def test_bad_parameters_end_a_simulator_with_one_line(
+    graph, nit_calicut, module, parameters, words
+):
+    given = dict(parameters)
+    if given.get("rig") == "{rig}":
+        given["rig"] = rig_path(nit_calicut)
+    status, errors = graph.start(module, "/test", "simulator", **given).wait()
+    assert status == 1
+    assert words in errors
+    assert errors.count("\n") == 1
