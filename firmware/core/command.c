@@ -9,7 +9,8 @@
 #define RESPONSE_HEADER 3u // type, request id, status
 
 // A handler reads its arguments, writes the response's data and its size, and returns the status.
-typedef uint8_t handler(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size);
+typedef uint8_t handler(struct board *board, const uint8_t *arguments, uint8_t *data,
+                        uint8_t *size);
 
 static uint8_t identify(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
 {
@@ -28,7 +29,8 @@ static uint8_t identify(struct board *board, const uint8_t *arguments, uint8_t *
     return BOARD_STATUS_OK;
 }
 
-static uint8_t configure(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+static uint8_t configure(struct board *board, const uint8_t *arguments, uint8_t *data,
+                         uint8_t *size)
 {
     struct configure_arguments wanted;
     configure_arguments_unpack(&wanted, arguments);

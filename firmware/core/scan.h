@@ -61,7 +61,8 @@ void scan_init(struct scan *scan, struct transmitter *transmitter);
 // or a scan does not fit its period. Only while not streaming.
 bool scan_configure(struct scan *scan, uint16_t rate_hz, uint16_t filter_fs);
 
-// Sets the ADC up and starts the sample timer; *first is scan 0's instant. False if the ADC is faulty.
+// Sets the ADC up and starts the sample timer; *first is scan 0's instant. False if the ADC does
+// not answer as it should.
 bool scan_start(struct scan *scan, uint64_t *first);
 
 // Stops the timer and lets the running scan finish: its frame is sent when this returns.

@@ -24,11 +24,13 @@ void hal_unlock(uint8_t state);
 
 // ---- sample timer
 
-// Called in interrupt context at each sample instant, given the instant that the compare unit was set to.
+// Called in interrupt context at each sample instant, given the instant that the compare unit was
+// set to.
 typedef void hal_tick_handler(void *context, uint64_t scheduled);
 
 // Fires the handler at `first` and every `period` ticks after it. `first` lies at least 1 ms ahead.
-void hal_sample_timer_start(uint64_t first, uint32_t period, hal_tick_handler *handler, void *context);
+void hal_sample_timer_start(uint64_t first, uint32_t period, hal_tick_handler *handler,
+                            void *context);
 void hal_sample_timer_stop(void);
 
 // ---- ADC: SPI bus, DOUT/RDY and SYNC
@@ -74,7 +76,7 @@ void hal_watchdog_kick(void);
 void hal_led_toggle(void);
 uint8_t hal_reset_cause(void);       // BOARD_RESET_CAUSE_… bits
 uint16_t hal_boot_count(void);       // resets since power-on, this one included
-uint16_t hal_stack_low_water(void);  // bytes of stack that were never used
+uint16_t hal_stack_low_water(void);  // bytes of stack never used; settles over the first calls
 uint32_t hal_board_serial(void);     // 0xFFFFFFFF: never written
 uint32_t hal_calibration_id(void);   // 0xFFFFFFFF: never written
 

@@ -5,7 +5,18 @@
 
 #include "hal_host.h"
 
-enum { STATUS = 0, ADC_CONTROL = 1, DATA = 2, ID = 5, ERROR_EN = 7, CHANNEL_0 = 9, FILTER_0 = 0x21 };
+enum {
+    STATUS = 0x00,
+    ADC_CONTROL = 0x01,
+    DATA = 0x02,
+    ID = 0x05,
+    ERROR_EN = 0x07,
+    CHANNEL_0 = 0x09,
+    CONFIG_0 = 0x19,
+    FILTER_0 = 0x21,
+    OFFSET_0 = 0x29,
+    GAIN_0 = 0x31,
+};
 
 static uint8_t size_of(uint8_t address)
 {
@@ -19,15 +30,15 @@ static void reset(struct fake_ad7124 *device)
 {
     for (uint8_t address = 0; address < FAKE_AD7124_REGISTERS; address++) {
         uint32_t value = 0;
-        if (address >= CHANNEL_0 && address < 0x19)
+        if (address >= CHANNEL_0 && address < CONFIG_0)
             value = address == CHANNEL_0 ? 0x8001 : 0x0001;
-        else if (address >= 0x19 && address < FILTER_0)
+        else if (address >= CONFIG_0 && address < FILTER_0)
             value = 0x0860;
-        else if (address >= FILTER_0 && address < 0x29)
+        else if (address >= FILTER_0 && address < OFFSET_0)
             value = 0x060180;
-        else if (address >= 0x29 && address < 0x31)
+        else if (address >= OFFSET_0 && address < GAIN_0)
             value = 0x800000;
-        else if (address >= 0x31)
+        else if (address >= GAIN_0)
             value = 0x500000;
         device->registers[address] = value;
     }
@@ -55,7 +66,8 @@ static uint8_t channel_of(const struct fake_ad7124 *device, uint32_t conversion)
     uint8_t enabled[16];
     uint8_t count = 0;
     for (uint8_t channel = 0; channel < 16; channel++) {
-        if ((device->registers[CHANNEL_0 + channel] & 0x8000) != 0 && channel != device->skip_channel)
+        bool on = (device->registers[CHANNEL_0 + channel] & 0x8000) != 0;
+        if (on && channel != device->skip_channel)
             enabled[count++] = channel;
     }
     return enabled[(conversion - 1) % count];
@@ -87,7 +99,8 @@ static uint8_t crc8(const uint8_t *bytes, uint8_t count)
     return crc;
 }
 
-static void read_register(struct fake_ad7124 *device, uint8_t address, uint8_t *bytes, uint8_t count)
+static void read_register(struct fake_ad7124 *device, uint8_t address, uint8_t *bytes,
+                          uint8_t count)
 {
     uint8_t answer[8] = {bytes[0]};
     uint8_t length = 1;

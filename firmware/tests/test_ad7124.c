@@ -60,7 +60,7 @@ static void set_up_writes_the_registers_of_the_data_sheet(void **state)
     assert_int_equal(registers[0x0F], 0x8000 | 2 << 12 | 16 << 5 | 17);
     for (uint8_t channel = 7; channel < 16; channel++)
         assert_int_equal(registers[0x09 + channel] & 0x8000, 0);
-    // Bipolar on REFIN1, all buffers; unipolar on the internal reference; bipolar on the internal one.
+    // Bipolar on REFIN1 with all buffers; unipolar, then bipolar on the internal reference.
     assert_int_equal(registers[0x19], 0x09E0);
     assert_int_equal(registers[0x1A], 0x0050);
     assert_int_equal(registers[0x1B], 0x0810);

@@ -119,6 +119,7 @@ static void configure_takes_what_fits_and_refuses_the_rest(void **state)
     assert_int_equal(configure(*state, 200, 6), BOARD_STATUS_BAD_ARGUMENT);  // 6.55 ms in 5 ms
     assert_int_equal(configure(*state, 100, 10), BOARD_STATUS_BAD_ARGUMENT); // 10.3 ms in 10 ms
     assert_int_equal(configure(*state, 100, 0), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(configure(*state, 100, 2), BOARD_STATUS_BAD_ARGUMENT);
     assert_int_equal(configure(*state, 10, 2048), BOARD_STATUS_BAD_ARGUMENT);
     assert_int_equal(configure(*state, 10, 65535), BOARD_STATUS_BAD_ARGUMENT);
     // A refusal changes nothing: 100 Hz and FS 8 still stand.
@@ -185,14 +186,24 @@ static void start_without_an_adc_is_an_adc_fault(void **state)
 static void sync_gives_reception_and_sending_in_order(void **state)
 {
     struct whole_board *whole = *state;
-    hal_host_advance(UINT64_C(1) << 33); // beyond what 32 bits hold
-    whole_board_run_ms(whole, 1);
     uint64_t sent = hal_host.time;
     struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_SYNC, 1, NULL, 0);
     struct sync_response response;
     sync_response_unpack(&response, frame.payload + 3);
     assert_int_equal(response.received_ticks, sent);
     assert_in_range(response.sent_ticks - response.received_ticks, 1, 2000);
+}
+
+static void sync_has_all_64_bits(void **state)
+{
+    (void)state;
+    struct whole_board *whole = whole_board_new_at(UINT64_C(0x123456789A));
+    uint64_t sent = hal_host.time;
+    struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_SYNC, 1, NULL, 0);
+    struct sync_response response;
+    sync_response_unpack(&response, frame.payload + 3);
+    assert_int_equal(response.received_ticks, sent);
+    free(whole);
 }
 
 static void what_is_no_request_is_a_bad_frame_without_answer(void **state)
@@ -247,6 +258,7 @@ int main(void)
         TEST(start_counts_from_zero_again),
         TEST(start_without_an_adc_is_an_adc_fault),
         TEST(sync_gives_reception_and_sending_in_order),
+        cmocka_unit_test(sync_has_all_64_bits),
         TEST(what_is_no_request_is_a_bad_frame_without_answer),
         TEST(random_bytes_and_random_requests_leave_the_board_answering),
     };

@@ -104,6 +104,28 @@ static void every_rate_keeps_its_period(void **state)
     assert_int_equal(whole_board_counters(whole).scan_overruns, 0);
 }
 
+static void sequence_and_ticks_wrap_without_a_seam(void **state)
+{
+    (void)state;
+    struct whole_board *whole = whole_board_new_at((UINT64_C(1) << 32) - 3000000); // 1.5 s before
+    struct start_response response = start(whole);
+    whole->board.scan.scheduled = 65536 - 100; // as after eleven minutes
+    whole_board_run_ms(whole, 3000);
+    uint32_t scheduled = stop(whole);
+    assert_in_range(scheduled, 65536 + 190, 65536 + 210);
+    size_t records = whole_board_count(whole, BOARD_FRAME_DATA);
+    assert_int_equal(records, scheduled - (65536 - 100));
+    for (size_t n = 0; n < records; n++) {
+        struct data_frame data = whole_board_data(whole, n);
+        assert_int_equal(data.sequence, (uint16_t)(65536 - 100 + n));
+        assert_int_equal(data.ticks, (uint32_t)(response.first_tick + n * response.period_ticks));
+        assert_int_equal(data.valid_mask, ALL_VALID);
+        assert_int_equal(data.flags, 0);
+    }
+    assert_int_equal(whole_board_count(whole, BOARD_FRAME_HEALTH), 3);
+    free(whole);
+}
+
 static void encoders_are_those_at_the_tick(void **state)
 {
     struct whole_board *whole = *state;
@@ -111,8 +133,8 @@ static void encoders_are_those_at_the_tick(void **state)
     for (int32_t n = 0; n < 20; n++) {
         hal_host.encoders.crank = 1000 * n;
         hal_host.encoders.carriage = -77 * n;
-        // Up to half a period behind tick n.
-        whole_board_run_until(whole, response.first_tick + (uint64_t)n * response.period_ticks + 10000);
+        uint64_t tick = response.first_tick + (uint64_t)n * response.period_ticks;
+        whole_board_run_until(whole, tick + response.period_ticks / 2);
     }
     whole_board_run_ms(whole, PERIOD_MS / 2);
     for (int32_t n = 0; n < 20; n++) {
@@ -250,7 +272,8 @@ static void ticks_missed_by_a_sleeping_main_loop_are_counted_and_marked(void **s
     assert_int_equal(records, scheduled - health.missed_ticks);
     size_t marked = 0;
     for (size_t n = 1; n < records; n++) {
-        struct data_frame before = whole_board_data(whole, n - 1), data = whole_board_data(whole, n);
+        struct data_frame before = whole_board_data(whole, n - 1);
+        struct data_frame data = whole_board_data(whole, n);
         uint16_t step = (uint16_t)(data.sequence - before.sequence);
         assert_int_equal(data.ticks - before.ticks, step * 20000u);
         assert_int_equal((data.flags & BOARD_FLAG_MISSED_TICK) != 0, step != 1);
@@ -323,6 +346,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(every_tick_becomes_one_complete_record),
         TEST(every_rate_keeps_its_period),
+        cmocka_unit_test(sequence_and_ticks_wrap_without_a_seam),
         TEST(encoders_are_those_at_the_tick),
         TEST(an_illegal_step_is_flagged_once),
         TEST(a_crc_error_costs_one_channel),

@@ -7,9 +7,15 @@
 
 struct whole_board *whole_board_new(void)
 {
+    return whole_board_new_at(0);
+}
+
+struct whole_board *whole_board_new_at(uint64_t time)
+{
     struct whole_board *whole = calloc(1, sizeof *whole);
     assert_non_null(whole);
     hal_host = (struct hal_host){
+        .time = time,
         .tx_space = 255,
         .reset_cause = BOARD_RESET_CAUSE_EXTERNAL,
         .boot_count = 3,
@@ -77,7 +83,8 @@ struct received_frame whole_board_request(struct whole_board *whole, uint8_t typ
     return (struct received_frame){0};
 }
 
-const struct received_frame *whole_board_frame(const struct whole_board *whole, uint8_t type, size_t n)
+const struct received_frame *whole_board_frame(const struct whole_board *whole, uint8_t type,
+                                               size_t n)
 {
     for (size_t i = 0; i < whole->frame_count; i++) {
         if (whole->frames[i].payload[0] == type && n-- == 0)
@@ -106,7 +113,8 @@ struct data_frame whole_board_data(const struct whole_board *whole, size_t n)
 
 struct health_frame whole_board_counters(struct whole_board *whole)
 {
-    struct received_frame response = whole_board_request(whole, BOARD_COMMAND_COUNTERS, 99, NULL, 0);
+    struct received_frame response =
+        whole_board_request(whole, BOARD_COMMAND_COUNTERS, 99, NULL, 0);
     assert_int_equal(response.length, 3 + HEALTH_FRAME_SIZE);
     struct health_frame health;
     health_frame_unpack(&health, response.payload + 3);

@@ -26,6 +26,8 @@ struct whole_board {
 
 // Powers the board up; the ADC's inputs are 0x100000 + n. The test frees what this returns.
 struct whole_board *whole_board_new(void);
+// The same with the clock at `time`.
+struct whole_board *whole_board_new_at(uint64_t time);
 
 // Runs the main loop until this time or for this long, then takes in what the board sent.
 void whole_board_run_until(struct whole_board *whole, uint64_t time);

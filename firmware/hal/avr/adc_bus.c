@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ADC's wires: SPI in mode 3, DOUT/RDY̅ and SYNC. RDY̅ is polled, not taken as an interrupt: the
-// result waits for the length of a conversion, and DOUT toggles with every bit that is read.
+// The ADC's wires: SPI in mode 3, DOUT/RDY̅ and SYNC. RDY̅ is polled, not taken as an interrupt: a
+// result waits as long as the next conversion lasts, and DOUT toggles with every bit that is read.
 #include <avr/io.h>
 #include <util/delay.h>
 

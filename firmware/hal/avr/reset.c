@@ -10,10 +10,11 @@
 #include "hal.h"
 #include "parts.h"
 
-_Static_assert(BOARD_RESET_CAUSE_POWER_ON == _BV(PORF) && BOARD_RESET_CAUSE_EXTERNAL == _BV(EXTRF) &&
+_Static_assert(BOARD_RESET_CAUSE_POWER_ON == _BV(PORF) &&
+                   BOARD_RESET_CAUSE_EXTERNAL == _BV(EXTRF) &&
                    BOARD_RESET_CAUSE_BROWN_OUT == _BV(BORF) &&
                    BOARD_RESET_CAUSE_WATCHDOG == _BV(WDRF) && BOARD_RESET_CAUSE_JTAG == _BV(JTRF),
-               "reset_cause in board.yaml is MCUSR");
+               "reset_cause in board.yaml is not MCUSR");
 
 #define EEPROM_BOARD_SERIAL ((const uint32_t *)0)
 #define EEPROM_CALIBRATION_ID ((const uint32_t *)4)
@@ -21,6 +22,8 @@ _Static_assert(BOARD_RESET_CAUSE_POWER_ON == _BV(PORF) && BOARD_RESET_CAUSE_EXTE
 #define STACK_PAINT 0xA5
 // A painted stretch of this length counts as never used, though a frame may skip a few bytes.
 #define STACK_WINDOW 64
+// A whole search would take longer than a conversion; the mark reaches its place in some calls.
+#define STACK_BYTES_A_CALL 128
 
 #define NOINIT __attribute__((section(".noinit")))
 
@@ -60,21 +63,16 @@ uint16_t hal_boot_count(void)
     return boots;
 }
 
-static bool painted(const uint8_t *from, const uint8_t *to)
-{
-    for (; from < to; from++) {
-        if (*from != STACK_PAINT)
-            return false;
-    }
-    return true;
-}
-
 uint16_t hal_stack_low_water(void)
 {
-    // Falls from call to call: a whole search of the stack would take milliseconds.
     static uint8_t *lowest = (uint8_t *)RAMEND + 1;
-    while (lowest - &_end >= STACK_WINDOW && !painted(lowest - STACK_WINDOW, lowest))
-        lowest--;
+    uint8_t *byte = lowest;
+    for (uint8_t i = 0; i < STACK_BYTES_A_CALL; i++) {
+        if (byte == &_end || lowest - byte == STACK_WINDOW)
+            break;
+        if (*--byte != STACK_PAINT)
+            lowest = byte;
+    }
     return (uint16_t)(lowest - &_end);
 }
 

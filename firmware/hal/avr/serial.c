@@ -19,8 +19,8 @@ static volatile uint64_t delimiter_time;
 
 void serial_init(void)
 {
-    UBRR0 = UBRR;
     UCSR0A = _BV(U2X0);
+    UBRR0 = UBRR;
     UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
     UCSR0B = _BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0);
 }

@@ -47,7 +47,8 @@ uint64_t hal_time(void)
     return (uint64_t)high << 16 | low;
 }
 
-void hal_sample_timer_start(uint64_t first, uint32_t period, hal_tick_handler *handler, void *context)
+void hal_sample_timer_start(uint64_t first, uint32_t period, hal_tick_handler *handler,
+                            void *context)
 {
     uint8_t state = hal_lock();
     sample_timer.handler = handler;

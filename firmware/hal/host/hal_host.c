@@ -71,7 +71,8 @@ void hal_unlock(uint8_t state)
     interrupts();
 }
 
-void hal_sample_timer_start(uint64_t first, uint32_t period, hal_tick_handler *handler, void *context)
+void hal_sample_timer_start(uint64_t first, uint32_t period, hal_tick_handler *handler,
+                            void *context)
 {
     hal_host.timer_next = first;
     hal_host.timer_period = period;

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Contradictions in the board file are refused, and the schema hash means its contents."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import tempfile
+import unittest
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from generate import (
+    BOARD_YAML,
+    Inconsistent,
+    channel_register,
+    check_consistency,
+    config_register,
+    header,
+    layouts,
+)
+from schema_hash import load_board, schema_hash
+
+Board = dict[str, Any]
+
+
+def shared_type(board: Board) -> None:
+    board["commands"]["sync"]["type"] = board["commands"]["stop"]["type"]
+
+
+def response_of_a_command(board: Board) -> None:
+    board["stream"]["data"]["type"] = board["commands"]["stop"]["type"] | 0x80
+
+
+def missing_channel(board: Board) -> None:
+    board["channels"].pop()
+
+
+def doubled_channel(board: Board) -> None:
+    board["channels"][1]["name"] = board["channels"][0]["name"]
+
+
+def unknown_setup(board: Board) -> None:
+    board["channels"][2]["setup"] = "differential"
+
+
+def unknown_input(board: Board) -> None:
+    board["housekeeping"][0]["positive"] = "AIN16"
+
+
+def unknown_field_type(board: Board) -> None:
+    board["stream"]["data"]["fields"][0][1] = "u12"
+
+
+def doubled_pin(board: Board) -> None:
+    board["pins"]["led"]["pin"] = board["pins"]["adc_cs"]["pin"]
+
+
+def payload_too_long(board: Board) -> None:
+    board["stream"]["data"]["fields"].append(["more", "u32[16]"])
+
+
+def wrong_order(board: Board) -> None:
+    board["adc"]["filter"]["order"] = 4
+
+
+def fractional_prescaler(board: Board) -> None:
+    board["microcontroller"]["tick_hz"] = 3_000_000
+
+
+class Generation(unittest.TestCase):
+    def setUp(self) -> None:
+        self.board = load_board(BOARD_YAML)
+
+    def test_the_file_is_consistent(self) -> None:
+        check_consistency(self.board)
+
+    def test_contradictions_are_refused(self) -> None:
+        spoilers: list[tuple[Callable[[Board], None], str]] = [
+            (shared_type, "frame types"),
+            (response_of_a_command, "frame types"),
+            (missing_channel, "data.codes"),
+            (doubled_channel, "channels"),
+            (unknown_setup, "accel_x"),
+            (unknown_input, "adc_temperature"),
+            (unknown_field_type, "schema"),
+            (doubled_pin, "pins"),
+            (payload_too_long, "data_frame"),
+            (wrong_order, "adc.filter.order"),
+            (fractional_prescaler, "tick_hz"),
+        ]
+        for spoil, named in spoilers:
+            with self.subTest(spoil.__name__):
+                board = copy.deepcopy(self.board)
+                spoil(board)
+                with self.assertRaisesRegex(Inconsistent, named):
+                    check_consistency(board)
+
+    def test_sizes_on_the_wire(self) -> None:
+        sizes = {name: sum(field.size for field in fields) for name, fields in layouts(self.board)}
+        self.assertEqual(sizes["data_frame"], 35)
+        self.assertEqual(sizes["bench_frame"], 80)
+        self.assertEqual(sizes["identify_response"], 21)
+
+    def test_register_words_of_the_data_sheet(self) -> None:
+        setups = self.board["adc"]["setups"]
+        self.assertEqual(config_register(setups["bridge"]), 0x09E0)
+        self.assertEqual(channel_register(self.board["channels"][5], list(setups)), 0x90F1)
+
+    def test_header_carries_the_hash(self) -> None:
+        self.assertIn(f"UINT32_C({schema_hash(self.board)})", header(self.board))
+
+
+class SchemaHash(unittest.TestCase):
+    def test_is_the_sha_256_of_the_canonical_json(self) -> None:
+        digest = hashlib.sha256(b'{"a":[1,2],"b":0.5}').digest()
+        self.assertEqual(schema_hash({"b": 0.5, "a": [1, 2]}), int.from_bytes(digest[:4], "little"))
+
+    def test_comments_do_not_count_and_values_do(self) -> None:
+        text = BOARD_YAML.read_text(encoding="utf-8")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "board.yaml"
+            path.write_text(text + "# one more comment\n", encoding="utf-8")
+            same = schema_hash(load_board(path))
+            path.write_text(text.replace("gain: 40.37", "gain: 40.38"), encoding="utf-8")
+            other = schema_hash(load_board(path))
+        self.assertEqual(same, schema_hash(load_board(BOARD_YAML)))
+        self.assertNotEqual(other, same)
+
+
+if __name__ == "__main__":
+    unittest.main()
