@@ -46,6 +46,8 @@ struct vb_board {
 // Instants less than half a cycle apart are the same: rounding must not postpone a call for ever.
 static const double HALF_CYCLE_NS = 0.5e9 / BOARD_CLOCK_HZ;
 
+static const int64_t LARGEST_LEAD_NS = 86400000000000;
+
 static double now(const vb_board *board)
 {
     return board_clock_ns(&board->clock, board->mcu.avr->cycle);
@@ -309,8 +311,12 @@ void vb_close(vb_board *board)
 
 // ----------------------------------------------------------------------------------- bench
 
-static bool is_well_formed(const struct bench_frame *frame)
+static bool is_well_formed(const vb_board *board, const struct bench_frame *frame)
 {
+    // A frame far ahead would make all that follow late. It comes from another clock than CLOCK_MONOTONIC.
+    int64_t ahead;
+    if (__builtin_sub_overflow(frame->time_ns, vb_now_ns(board), &ahead) || ahead > LARGEST_LEAD_NS)
+        return false;
     bool finite = isfinite(frame->crank_angle_rad) && isfinite(frame->carriage_angle_rad);
     for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
         finite = finite && isfinite(frame->terminal_volts[i]);
@@ -333,7 +339,7 @@ int vb_push_bench(vb_board *board, const void *bytes, size_t size)
     struct bench_frame frame;
     if (size == BENCH_FRAME_SIZE)
         bench_frame_unpack(&frame, bytes);
-    if (size != BENCH_FRAME_SIZE || !is_well_formed(&frame)) {
+    if (size != BENCH_FRAME_SIZE || !is_well_formed(board, &frame)) {
         board->frames_malformed++;
         return VB_FRAME_MALFORMED;
     }

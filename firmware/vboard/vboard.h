@@ -25,7 +25,6 @@ typedef struct vb_options {
     uint32_t size;                            // sizeof(vb_options): a caller built for another layout is refused
     uint32_t crank_counts_per_revolution;     // after ×4 decoding
     uint32_t carriage_counts_per_revolution;  // after ×4 decoding
-    uint32_t unused;
     int64_t start_ns;                         // the board's power-on on the caller's time scale
     uint64_t seed;                            // of noise, faults and the RAM's content at power-on
     double clock_ppm;                         // the board's crystal runs this much fast
@@ -44,7 +43,7 @@ typedef struct vb_faults {
 
 typedef struct vb_counters {
     uint64_t bench_frames;            // accepted
-    uint64_t bench_frames_malformed;  // wrong size, magic or numbers that are not finite
+    uint64_t bench_frames_malformed;  // wrong size or magic, numbers not finite, or more than a day ahead
     uint64_t bench_frames_late;       // for an instant that the board or an earlier frame has passed
     uint64_t conversions;             // of the ADC, all channels
     uint64_t conversions_starved;     // of bench inputs, outside the frames received until then

@@ -47,7 +47,7 @@ class FrameResult(enum.IntEnum):
 
     ACCEPTED = 0
     LATE = 1  # for an instant that the board or an earlier frame has passed
-    MALFORMED = 2  # wrong size or magic, or a number that is not finite
+    MALFORMED = 2  # wrong size or magic, a number that is not finite, or more than a day ahead
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,6 @@ class _Options(_Structure):
         ("size", ctypes.c_uint32),
         ("crank_counts_per_revolution", ctypes.c_uint32),
         ("carriage_counts_per_revolution", ctypes.c_uint32),
-        ("unused", ctypes.c_uint32),
         ("start_ns", ctypes.c_int64),
         ("seed", ctypes.c_uint64),
         ("clock_ppm", ctypes.c_double),

@@ -195,8 +195,10 @@ def frame_bytes(**changes: float) -> bytes:
         frame_bytes(magic=BENCH_MAGIC + 1),
         frame_bytes(volt=float("nan")),
         frame_bytes(crank=float("inf")),
+        frame_bytes(time_ns=1_700_000_000 * SECOND),
+        frame_bytes(time_ns=-(2**63)),
     ],
-    ids=["empty", "short", "long", "magic", "nan", "inf"],
+    ids=["empty", "short", "long", "magic", "nan", "inf", "another clock", "overflow"],
 )
 def test_malformed_frames_change_only_their_counter(open_probe, frame):
     probe = open_probe()
