@@ -206,6 +206,8 @@ static int64_t monotonic_ns(void)
 
 static void sleep_until(int64_t ns)
 {
+    if (monotonic_ns() >= ns)  // catching up: no need to ask the kernel
+        return;
     struct timespec time = {.tv_sec = ns / 1000000000, .tv_nsec = ns % 1000000000};
     // A signal may cut this short: the caller then emulates up to the clock's time all the same.
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL);
