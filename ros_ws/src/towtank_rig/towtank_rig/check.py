@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from towtank_rig.conversion import pressure_from_depth
-from towtank_rig.loading import RigError, read_rig_text, validate
+from towtank_rig.errors import RigError
+from towtank_rig.loading import read_rig_text, validate
 from towtank_rig.schema import Rig
 from towtank_rig.static_margin import static_margin
 

@@ -1,45 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading rig files: YAML text in, a validated Rig or a RigError with file and line out."""
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
-from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.constructor import DuplicateKeyError
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import AliasEvent
 
+from towtank_rig.document import Document, Key, keys
+from towtank_rig.errors import RigError
 from towtank_rig.quantity import SI
 from towtank_rig.schema import Rig
-
-Key = str | int
-
-
-class RigError(Exception):
-    """A fault of a rig file, one line: ``file:line: where: what; mend``.
-
-    Attributes:
-        source: File name, or what stands for it.
-        line: Line counted from 1, or None if the fault has no place in the text.
-        where: Dotted path of the faulty key, empty for the whole file.
-        what: The fault.
-        mend: What to do about it.
-    """
-
-    def __init__(self, source: str, line: int | None, where: str, what: str, mend: str) -> None:
-        self.source = source
-        self.line = line
-        self.where = where
-        self.what = " ".join(what.split())
-        self.mend = " ".join(mend.split())
-        place = source if line is None else f"{source}:{line}"
-        subject = f" {where}:" if where else ""
-        super().__init__(f"{place}:{subject} {self.what}; {self.mend}")
 
 
 def load_rig(path: str | Path) -> Rig:
@@ -59,9 +31,8 @@ def read_rig_text(path: str | Path) -> str:
     except FileNotFoundError:
         raise RigError(source, None, "", "no such file", "check the path") from None
     except UnicodeDecodeError as error:
-        raise RigError(
-            source, None, "", f"not UTF-8 text at byte {error.start}", "save it as UTF-8"
-        ) from None
+        what = f"not UTF-8 text at byte {error.start}"
+        raise RigError(source, None, "", what, "save it as UTF-8") from None
     except OSError as error:
         what = f"cannot be read ({error.strerror})"
         raise RigError(source, None, "", what, "give a readable file") from None
@@ -82,118 +53,23 @@ def parse_rig(text: str, source: str = "<text>") -> Rig:
 def validate(text: str, source: str) -> tuple[Rig | None, list[RigError]]:
     """Return the rig and no faults, or None and every fault of the text in order of the file."""
     try:
-        document = _read_yaml(text, source)
+        document = Document(text, source)
     except RigError as fault:
         return None, [fault]
     try:
-        rig = Rig.model_validate(document)
+        rig = Rig.model_validate(document.data)
     except ValidationError as error:
-        faults = [_fault(details, document, source) for details in error.errors()]
+        faults = [_fault(details, document) for details in error.errors()]
         return None, sorted(faults, key=lambda fault: fault.line or 0)
-    rig._text = text
-    rig._source = source
+    rig._document = document
     return rig, []
 
 
-def changed_text(text: str, changes: dict[str, object], source: str) -> str:
-    """Return YAML ``text`` with the values at dotted paths replaced, comments kept.
-
-    Raises:
-        RigError: a path that the text does not have.
-    """
-    document = _read_yaml(text, source)
-    for path, new in changes.items():
-        *parents, last = _keys(path) or [""]
-        node: Any = document
-        for key in parents:
-            node = _child(node, key)
-        # A missing last key is set: an optional key may be absent, and the schema judges the rest.
-        if not isinstance(node, (CommentedMap, CommentedSeq)) or (
-            isinstance(node, CommentedSeq) and _child(node, last) is None
-        ):
-            raise RigError(source, None, path, "no such key in the rig", "correct the path")
-        node[last] = _changed(_child(node, last), new)
-    stream = io.StringIO()
-    _yaml().dump(document, stream)
-    return stream.getvalue()
-
-
-def _changed(old: Any, new: object) -> object:
-    """Return ``new`` in the form in which ``old`` stands in the file."""
-    if isinstance(new, bool) or not isinstance(new, (int, float)):
-        return new
-    if isinstance(old, CommentedMap) and "value" in old:
-        old["value"] = _changed(old["value"], new)
-        return old
-    if isinstance(old, str):
-        unit = old.strip().partition(" ")[2]
-        return f"{float(new)!r} {unit}"
-    return new
-
-
-def _yaml() -> YAML:
-    yaml = YAML(typ="rt")
-    yaml.width = 4096  # keep flow mappings on the line they were written on
-    return yaml
-
-
-def _read_yaml(text: str, source: str) -> CommentedMap:
-    try:
-        # An alias would make one change of a value a change in two places.
-        for event in _yaml().parse(text):
-            if isinstance(event, AliasEvent):
-                what, mend = f"alias *{event.anchor} is not accepted", "write the values out"
-                raise RigError(source, event.start_mark.line + 1, "", what, mend)
-        document = _yaml().load(text)
-    except DuplicateKeyError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else None
-        what = str(error.problem or "duplicate key").split(" with value")[0]
-        raise RigError(source, line, "", what, "name each key once") from None
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        what = f"not valid YAML ({error.problem or error.context})"
-        line = mark.line + 1 if mark else None
-        raise RigError(source, line, "", what, "correct the YAML syntax") from None
-    except (YAMLError, ValueError) as error:  # ValueError: a date that no calendar has
-        what = f"not valid YAML ({error})"
-        raise RigError(source, None, "", what, "correct the YAML syntax") from None
-    if not isinstance(document, CommentedMap):
-        what = "not a rig: the file holds no mapping"
-        raise RigError(source, 1, "", what, "begin with 'name:' and the sections")
-    return document
-
-
-def _keys(path: str) -> list[Key]:
-    return [int(key) if key.isdigit() else key for key in path.split(".") if key]
-
-
-def _child(node: Any, key: Key) -> Any:
-    if isinstance(node, CommentedMap):
-        return node.get(key)
-    if isinstance(node, CommentedSeq) and isinstance(key, int) and 0 <= key < len(node):
-        return node[key]
-    return None
-
-
-def _line(document: CommentedMap, path: Sequence[Key]) -> int:
-    """Return the line (from 1) of the deepest key of ``path`` that the document has."""
-    node: Any = document
-    line = 0
-    for key in path:
-        if isinstance(node, CommentedMap) and key in node:
-            line = node.lc.key(key)[0]
-        elif isinstance(node, CommentedSeq) and isinstance(key, int) and key < len(node):
-            line = node.lc.item(key)[0]
-        else:
-            break
-        node = node[key]
-    return line + 1
-
-
-def _fault(details: ErrorDetails, document: CommentedMap, source: str) -> RigError:
-    path = (*details["loc"], *_keys(details.get("ctx", {}).get("at", "")))
+def _fault(details: ErrorDetails, document: Document) -> RigError:
+    path = (*details["loc"], *keys(details.get("ctx", {}).get("at", "")))
     what, mend = _what_and_mend(details)
-    return RigError(source, _line(document, path), ".".join(map(str, path)), what, mend)
+    where = ".".join(map(str, path))
+    return RigError(document.source, document.line(path), where, what, mend)
 
 
 def _what_and_mend(details: ErrorDetails) -> tuple[str, str]:

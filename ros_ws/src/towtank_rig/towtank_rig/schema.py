@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, PrivateAttr, model_validator
 
+from towtank_rig.document import Document
 from towtank_rig.instruments import Board, Calibrations, Sensors
 from towtank_rig.quantity import SI, Quantity, Section, rig_fault
 from towtank_rig.tow import Depressor, Fish, Length, Lines, Run, TowPoint
@@ -44,8 +45,7 @@ class Rig(Section):
     sensors: Sensors
     calibrations: Calibrations = Calibrations()
 
-    _text: str = PrivateAttr(default="")
-    _source: str = PrivateAttr(default="")
+    _document: Document = PrivateAttr()  # set by loading, the only place that makes rigs
 
     @model_validator(mode="after")
     def _channels_exist(self) -> "Rig":
@@ -69,17 +69,17 @@ class Rig(Section):
     @property
     def text(self) -> str:
         """Return the YAML text from which this rig was read, to the character."""
-        return self._text
+        return self._document.text
 
     @property
     def source(self) -> str:
         """Return the name of the file, or what stands for it."""
-        return self._source
+        return self._document.source
 
     @property
     def sha256(self) -> str:
         """Return the SHA-256 of ``text`` in UTF-8, as hexadecimal digits."""
-        return hashlib.sha256(self._text.encode()).hexdigest()
+        return hashlib.sha256(self.text.encode()).hexdigest()
 
     def quantities(self) -> Iterator[tuple[str, Quantity]]:
         """Yield every quantity with its dotted path, in the order of the schema."""
@@ -100,10 +100,10 @@ class Rig(Section):
         Raises:
             RigError: unknown path, or a value that the schema refuses.
         """
-        from towtank_rig.loading import changed_text, parse_rig  # loading builds on this module
+        from towtank_rig.loading import parse_rig  # loading builds on this module
 
-        text = changed_text(self._text, changes, self._source)
-        return parse_rig(text, f"{self._source} (changed)")
+        source = f"{self.source.removesuffix(' (changed)')} (changed)"
+        return parse_rig(self._document.replaced(changes), source)
 
 
 def _walk(node: object, path: str) -> Iterator[tuple[str, Quantity]]:

@@ -88,7 +88,8 @@ class PressureSensorErrors:
         cp = self.nominal_flow_coefficient + self.flow_coefficient
         at_port = np.asarray(pressure, dtype=float) * (1.0 + self.water_weight)
         at_port = at_port + flow_pressure(cp, speed, self.water)
-        # A parabola through zero and the end of the fitted range, with the sensor's curvature.
+        # Data sheets state linearity as the deviation at mid range from a line through the end
+        # points: a parabola. With the line fitted up to less, it is zero there instead.
         bend = 4.0 * self.linearity / self.full_scale * at_port * (self.fitted_range - at_port)
         read = self.conversion.volts(at_port * (1.0 + self.gain) + bend)
         offset = self.zero_offset + self.zero_drift * np.asarray(drift, dtype=float)
