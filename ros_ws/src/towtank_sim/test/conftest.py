@@ -91,13 +91,16 @@ class Graph:
     def bench(self, **parameters: object) -> RunningNode:
         return self.start("bench_node", "/plant", "bench", **parameters)
 
-    def spin_until(self, condition, what: str) -> None:
-        """Take part in the graph until `condition()`; fails if a node ends or nothing comes."""
+    def spin_until(self, condition, what: str, may_end: RunningNode | None = None) -> None:
+        """Take part in the graph until `condition()`.
+
+        Fails if a node ends (other than `may_end`) or if nothing comes.
+        """
         deadline = time.monotonic() + PATIENCE_S
         while not condition():
             self._executor.spin_once(timeout_sec=0.05)
             for node in self._nodes:
-                if node.popen.poll() is not None:
+                if node.popen.poll() is not None and node is not may_end:
                     pytest.fail(f"a node ended: {node.wait()}")
             if time.monotonic() > deadline:
                 pytest.fail(f"{what}: not within {PATIENCE_S:g} s")

@@ -11,7 +11,7 @@ import time
 from array import array
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from towtank_interfaces.msg import CableState
@@ -217,9 +217,9 @@ class Encoders:
         )
         self._carriage = carriage_encoder(rig)
         self._sample = 0
+        self._offset = 0.0
         self.stamps: list[int] = []
         self._timer = graph.probe.create_timer(0.01, self._publish)
-        self._graph = graph
 
     def _publish(self) -> None:
         if self._publisher.get_subscription_count() == 0:
@@ -228,11 +228,14 @@ class Encoders:
         t = self._sample * 0.01
         message = JointState(name=["crank", "carriage"])
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
-        position = self._carriage.value(self._carriage.counts(0.4 * t))
+        position = self._carriage.value(self._carriage.counts(0.4 * t + self._offset))
         message.position = array("d", (2.0 * t, float(position)))
         self._publisher.publish(message)
         self.stamps.append(stamp)
         self._sample += 1
+
+    def jump(self, distance: float) -> None:
+        self._offset = distance
 
     def skip(self, samples: int) -> None:
         self._sample += samples
@@ -281,6 +284,22 @@ def test_twin_refuses_joints_without_a_crank(graph, nit_calicut):
     assert status == 1
     assert "no joint 'crank'" in errors
     assert errors.count("\n") == 1
+
+
+def test_twin_that_cannot_follow_ends_with_place_and_time(graph, nit_calicut):
+    """A carriage that jumps by a kilometre in one sample."""
+    status = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+    fish = graph.collect(Odometry, "/twin/fish/odometry", SENSOR_QOS)
+    encoders = Encoders(graph, nit_calicut)
+    twin = graph.twin(rig=rig_path(nit_calicut))
+    graph.spin_until(lambda: fish, "the twin")
+    encoders.jump(1000.0)
+    graph.spin_until(lambda: twin.has_ended(within=0.0), "the twin's end", may_end=twin)
+    code, errors = twin.wait()
+    assert code == 1
+    assert errors.startswith("error: the twin stopped at the sample of 10")
+    assert errors.count("\n") == 1
+    assert any(s.level == DiagnosticStatus.ERROR for a in status for s in a.status)
 
 
 # -------------------------------------------------------------------------------- bad input

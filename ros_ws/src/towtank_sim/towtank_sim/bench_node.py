@@ -39,6 +39,7 @@ _PARAMETERS = (
 # Topics in the order in which the plant publishes them.
 _JOINTS, _DEPRESSOR, _IMU, _FISH = range(4)
 _SILENCE_S = 1.0
+_SENDING = "sending frames"
 
 
 class BenchNode(Node):
@@ -63,6 +64,7 @@ class BenchNode(Node):
         self._first_stamp: int | None = None
         self._frames = 0
         self._frames_at_last_look = 0
+        self._silent = False
         self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
         for topic, kind, name in (
             (_JOINTS, JointState, "joint_states"),
@@ -106,13 +108,17 @@ class BenchNode(Node):
             self._diagnostics.overrun()  # the board has had to do without
         self._frames += 1
         if self._frames == 1:
-            self._diagnostics.ready("sending frames")
+            self._diagnostics.ready(_SENDING)
 
     def _look_for_silence(self) -> None:
-        if 0 < self._frames == self._frames_at_last_look:
+        silent = 0 < self._frames == self._frames_at_last_look
+        if silent and not self._silent:
             self._diagnostics.warn(
                 f"no complete plant state for {_SILENCE_S:g} s: see the plant simulator"
             )
+        elif self._silent and not silent:
+            self._diagnostics.ready(_SENDING)
+        self._silent = silent
         self._frames_at_last_look = self._frames
 
     def _details(self) -> dict[str, Any]:
