@@ -4,9 +4,13 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
+import sys
 
 import click
+from towtank_rig import RigError
+from towtank_rig.check import check_rig
+
+from towtank_bringup.rigs import rig_path
 
 
 @click.group(name="rig")
@@ -15,8 +19,27 @@ def command() -> None:
 
 
 @command.command()
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def check(file: Path, as_json: bool) -> None:
-    """Validate the rig FILE: say what is wrong, and where."""
-    raise click.ClickException("x")
+def check(file: str, as_json: bool) -> None:
+    """Validate the rig FILE (a path, or the name of a rig that comes with towtank).
+
+    Says what is wrong and where, one line a fault; implausible but possible values are warnings.
+    """
+    try:
+        findings = check_rig(rig_path(file))
+    except RigError as error:
+        findings = [error]
+    errors = [str(finding) for finding in findings if isinstance(finding, RigError)]
+    warnings = [finding for finding in findings if isinstance(finding, str)]
+    if as_json:
+        click.echo(json.dumps({"rig": file, "errors": errors, "warnings": warnings}, indent=2))
+    else:
+        for warning in warnings:
+            click.echo(f"warning: {warning}")
+        for error in errors:
+            click.echo(f"towtank: error: {error}", err=True)
+        if not errors:
+            click.echo(f"{file}: a valid rig")
+    if errors:
+        sys.exit(1)
