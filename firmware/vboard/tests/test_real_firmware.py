@@ -144,7 +144,7 @@ def test_noise_has_the_nominal_sigma(board_elf):
     assert np.abs(codes.std(axis=0) / sigma - 1).max() < 4 * standard_error
 
 
-def session(elf: Path, seed: int) -> bytes:
+def short_trial(elf: Path, seed: int) -> bytes:
     """Two seconds of a trial with noise and motion: all bytes that the board sends."""
     with VirtualBoard(elf, seed=seed) as board:
         for i in range(200):
@@ -157,10 +157,10 @@ def session(elf: Path, seed: int) -> bytes:
 
 
 def test_the_same_inputs_give_the_same_bytes(board_elf):
-    first = session(board_elf, seed=4)
+    first = short_trial(board_elf, seed=4)
     assert len(first) > 180 * 40
-    assert session(board_elf, seed=4) == first
-    assert session(board_elf, seed=5) != first
+    assert short_trial(board_elf, seed=4) == first
+    assert short_trial(board_elf, seed=5) != first
 
 
 def test_the_board_comes_back_from_a_watchdog_reset(host):
