@@ -48,6 +48,9 @@ class Equations {
     /// Tension of a segment at the last evaluated state, N.
     double tension(int segment) const { return segments_[segment].tension; }
 
+    /// Whether a segment is fully taut (beyond the rounding of its tension at slack) at the last evaluated state.
+    bool taut(int segment) const { return segments_[segment].tension_slope == 1.0; }
+
     const Model& model() const { return *model_; }
 
   private:

@@ -29,8 +29,8 @@ void GeneralizedAlpha::predict(State& state, double h) const {
 }
 
 void GeneralizedAlpha::correct(State& state, const std::vector<Vec3>& displacement, double factor, double h) const {
-    const double velocity_factor = factor * velocity_rate(h);
-    const double acceleration_factor = factor * acceleration_rate(h);
+    const double velocity_factor = factor * rates(h).velocity;
+    const double acceleration_factor = factor * rates(h).acceleration;
     const double auxiliary_factor = factor / (beta_ * h * h);
     for (int block = 0; block < state.model->blocks(); ++block) {
         const int i = state.entry_of_block(block);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "state.hpp"
+#include "integrator.hpp"
 
 namespace sim_core {
 
@@ -14,25 +14,20 @@ namespace sim_core {
 ///
 /// The equations of motion hold exactly at the end of each step, with the physical acceleration v̇ there; a is
 /// the method's own. For a linear system with constant mass this is the scheme of 1993; with a mass
-/// matrix that turns with the cable it stays second order. Rotations: q₁ = q₀ exp(increment) with increment, v, a in
-/// body axes.
-class GeneralizedAlpha {
+/// matrix that turns with the cable it stays second order.
+class GeneralizedAlpha : public Integrator {
   public:
     /// Throws InvalidInput unless 0 ≤ rho_inf ≤ 1.
     explicit GeneralizedAlpha(double rho_inf = 0.8);
 
     double rho_inf() const { return rho_inf_; }
 
-    /// d velocity / d position and d acceleration / d position at the end of a step of size h, for the
-    /// Newton iteration.
-    double velocity_rate(double h) const { return gamma_ / (beta_ * h); }
-    double acceleration_rate(double h) const { return (1.0 - alpha_m_) / ((1.0 - alpha_f_) * beta_ * h * h); }
-
-    /// First guess at the end of a step: the acceleration stays. Moves free sites and bodies.
-    void predict(State& state, double h) const;
-
-    /// Adds a displacement (per block of unknowns) and what follows from it to the state at the end of a step.
-    void correct(State& state, const std::vector<Vec3>& displacement, double factor, double h) const;
+    Rates rates(double h) const override {
+        return {1.0, gamma_ / (beta_ * h), (1.0 - alpha_m_) / ((1.0 - alpha_f_) * beta_ * h * h)};
+    }
+    /// First guess: the acceleration stays.
+    void predict(State& state, double h) const override;
+    void correct(State& state, const std::vector<Vec3>& displacement, double factor, double h) const override;
 
   private:
     double rho_inf_;

@@ -40,6 +40,7 @@ SegmentConstants segment_constants(const LineProperties& p, int segments, const 
     c.axial_damping = p.axial_damping;
     const double weight = p.mass_per_length * p.length * (water.gravity > 0.0 ? water.gravity : 1.0);
     c.slack_tension = p.slack_tension.value_or(0.01 * weight);
+    c.snap_tension = weight;
     c.half_mass = p.mass_per_length * half;
     c.half_weight = c.half_mass * water.gravity;
     c.half_buoyancy = water.density * water.gravity * p.displaced_area.value_or(circle) * half;

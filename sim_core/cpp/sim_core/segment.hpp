@@ -14,6 +14,7 @@ struct SegmentConstants {
     double axial_stiffness;   ///< EA, N
     double axial_damping;     ///< N·s: tension per strain rate
     double slack_tension;     ///< N: the tension is rounded off below this value
+    double snap_tension;      ///< N: a jump from or to slack by more than this in one step is a snap
     double half_mass;         ///< kg
     double half_weight;       ///< N, in air
     double half_buoyancy;     ///< N, immersed

@@ -9,15 +9,17 @@
 
 namespace sim_core {
 
-Simulator::Simulator(const State& state, const GeneralizedAlpha& integrator, double max_step,
+Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integrator, double max_step,
                      const NewtonSettings& newton)
     : state_(state),
       backup_(state),
-      integrator_(integrator),
+      integrator_(std::move(integrator)),
       max_step_(max_step),
       newton_(newton),
       equations_(state.model),
-      work_(state.model->blocks()) {
+      work_(state.model->blocks()),
+      start_tension_(state.model->segments.size()),
+      start_taut_(state.model->segments.size()) {
     if (!(max_step > 0.0) || !std::isfinite(max_step)) throw InvalidInput("max_step must be above 0 s");
     if (!(newton.tolerance > 0.0)) throw InvalidInput("newton_tolerance must be above 0");
     if (newton.max_iterations < 1) throw InvalidInput("max_iterations must be at least 1");
@@ -46,8 +48,8 @@ void Simulator::solve_accelerations() {
     state_.last_step = 0.0;
 }
 
-NewtonResult Simulator::attempt(double h, double t_end, const Motions& motions) {
-    integrator_.predict(state_, h);
+NewtonResult Simulator::attempt(const Integrator& integrator, double h, double t_end, const Motions& motions) {
+    integrator.predict(state_, h);
     for (int i = 0; i < model().prescribed_sites; ++i) {
         const int site = model().free_sites + i;
         const MotionSample sample = motions[i]->at(t_end);
@@ -56,13 +58,29 @@ NewtonResult Simulator::attempt(double h, double t_end, const Motions& motions) 
         state_.acceleration[site] = sample.acceleration;
     }
     const NewtonResult result = solve_newton(
-        equations_, state_, {1.0, integrator_.velocity_rate(h), integrator_.acceleration_rate(h)}, newton_,
-        newton_tolerance(model(), state_, newton_), work_,
+        equations_, state_, integrator.rates(h), newton_, newton_tolerance(model(), state_, newton_), work_,
         [&](const std::vector<Vec3>& displacement, double factor) {
-            integrator_.correct(state_, displacement, factor, h);
+            integrator.correct(state_, displacement, factor, h);
         });
     statistics_.newton_iterations += result.iterations;
     return result;
+}
+
+void Simulator::remember_tensions() {
+    for (std::size_t i = 0; i < start_tension_.size(); ++i) {
+        start_tension_[i] = equations_.tension(static_cast<int>(i));
+        start_taut_[i] = equations_.taut(static_cast<int>(i));
+    }
+}
+
+bool Simulator::snapped() const {
+    for (std::size_t i = 0; i < start_tension_.size(); ++i) {
+        const int segment = static_cast<int>(i);
+        if (equations_.taut(segment) == static_cast<bool>(start_taut_[i])) continue;
+        const double limit = model().segment_constants[model().segments[i].line].snap_tension;
+        if (std::abs(equations_.tension(segment) - start_tension_[i]) > limit) return true;
+    }
+    return false;
 }
 
 void Simulator::step(double t_end, const Motions& motions) {
@@ -85,12 +103,25 @@ void Simulator::step(double t_end, const Motions& motions) {
         const double size = last ? remaining : h;
         const double next_time = last ? t_end : state_.time + size;
         backup_ = state_;
-        const NewtonResult result = attempt(size, next_time, motions);
+        remember_tensions();
+        NewtonResult result = attempt(state_.damped_steps > 0 ? damped_integrator_ : *integrator_, size, next_time,
+                                      motions);
+        const bool snap = result.converged && snapped();
+        if (snap && backup_.damped_steps == 0) {
+            state_ = backup_;
+            result = attempt(damped_integrator_, size, next_time, motions);
+        }
         if (result.converged) {
             state_.rebase_attitudes();
             state_.time = next_time;
             state_.last_step = size;
             ++statistics_.steps;
+            if (snap) {
+                ++statistics_.snaps;
+                state_.damped_steps = 2;
+            } else if (state_.damped_steps > 0) {
+                --state_.damped_steps;
+            }
             if (halvings > 0) {  // carefully back to the full step
                 --halvings;
                 h = std::min(full_step, 2.0 * h);
@@ -98,9 +129,9 @@ void Simulator::step(double t_end, const Motions& motions) {
             continue;
         }
         state_ = backup_;
+        equations_.evaluate(state_);
         ++statistics_.halvings;
         if (++halvings > kMostHalvings) {
-            equations_.evaluate(state_);
             std::ostringstream message;
             message << "no solution at " << model().describe_block(result.worst_block) << " at t = " << next_time
                     << " s (residual " << result.residual << " N with a step of " << size

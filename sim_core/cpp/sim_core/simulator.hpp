@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "equations.hpp"
-#include "generalized_alpha.hpp"
+#include "backward_euler.hpp"
+#include "integrator.hpp"
 #include "motion.hpp"
 #include "newton.hpp"
 #include "state.hpp"
@@ -20,18 +21,25 @@ using Motions = std::vector<const Motion*>;
 struct StepStatistics {
     std::int64_t steps = 0;              ///< accepted steps of the integrator
     std::int64_t newton_iterations = 0;  ///< in all attempts
-    std::int64_t halvings = 0;           ///< rejected attempts
+    std::int64_t halvings = 0;           ///< attempts that Newton's iteration could not solve
+    std::int64_t snaps = 0;              ///< steps in which a line went taut or slack with a jump
 };
 
 /// Advances one state in time.
 ///
 /// A step that Newton's iteration cannot solve is tried again with half the size, down to 2⁻¹² of
 /// `max_step`; then ConvergenceError names the place and the time, and the state stays at the last good instant.
+/// When a line snaps (a segment goes from slack to taut or back in one step, with a tension above the line's weight in
+/// air), the stress wave in it is far beyond the step's resolution, and a scheme that keeps energy or remembers
+/// accelerations turns it into motion that is not there. Such a step is taken again with implicit Euler, and
+/// the next two likewise: momentum is conserved, what the step cannot resolve is damped, as in an inelastic
+/// impact.
+///
 /// Not safe for use from several threads at once; use one simulator each.
 class Simulator {
   public:
     /// `max_step` is the largest step size, s. A state whose accelerations are unknown gets them here.
-    Simulator(const State& state, const GeneralizedAlpha& integrator, double max_step,
+    Simulator(const State& state, std::shared_ptr<const Integrator> integrator, double max_step,
               const NewtonSettings& newton);
 
     const State& state() const { return state_; }
@@ -53,17 +61,22 @@ class Simulator {
     void restore(const std::string& bytes);
 
   private:
-    NewtonResult attempt(double h, double t_end, const Motions& motions);
+    NewtonResult attempt(const Integrator& integrator, double h, double t_end, const Motions& motions);
+    void remember_tensions();
+    bool snapped() const;
     void solve_accelerations();
 
     State state_;
     State backup_;
-    GeneralizedAlpha integrator_;
+    std::shared_ptr<const Integrator> integrator_;
+    BackwardEuler damped_integrator_;
     double max_step_;
     NewtonSettings newton_;
     Equations equations_;
     NewtonWorkspace work_;
     Motions one_motion_{nullptr};  ///< room for step_to
+    std::vector<double> start_tension_;  ///< of each segment at the start of the step, N
+    std::vector<char> start_taut_;
     StepStatistics statistics_;
 };
 

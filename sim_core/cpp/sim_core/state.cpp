@@ -125,6 +125,8 @@ std::string State::save() const {
     append(&model->fingerprint, sizeof model->fingerprint);
     const std::uint64_t known = accelerations_known ? 1 : 0;
     append(&known, sizeof known);
+    const std::uint64_t damped = static_cast<std::uint64_t>(damped_steps);
+    append(&damped, sizeof damped);
     State copy = *this;
     visit_numbers(copy, [&](double* numbers, int count) { append(numbers, count * sizeof(double)); });
     return bytes;
@@ -140,13 +142,16 @@ void State::restore(const std::string& bytes) {
     std::uint64_t format = 0;
     std::uint64_t fingerprint = 0;
     std::uint64_t known = 0;
+    std::uint64_t damped = 0;
     take(&format, sizeof format);
     if (format != kFormat) throw InvalidInput("the bytes are not a saved state of this version");
     take(&fingerprint, sizeof fingerprint);
     if (fingerprint != model->fingerprint) throw InvalidInput("the saved state belongs to another model");
     take(&known, sizeof known);
+    take(&damped, sizeof damped);
     State restored(model);
     restored.accelerations_known = known != 0;
+    restored.damped_steps = static_cast<int>(damped);
     visit_numbers(restored, [&](double* numbers, int count) { take(numbers, count * sizeof(double)); });
     if (read != bytes.size()) throw InvalidInput("the saved state has bytes too many");
     *this = std::move(restored);

@@ -12,11 +12,13 @@ y to port, z up, origin at mid-hull. SI units throughout, angles in rad.
 """
 
 from sim_core._core import (
+    BackwardEuler,
     Body,
     ConvergenceError,
     Energy,
     Fin,
     GeneralizedAlpha,
+    Integrator,
     InvalidInput,
     LineProperties,
     Model,
@@ -37,12 +39,14 @@ from sim_core.result import BodyHistory, LineHistory, PointHistory, Result
 from sim_core.running import run
 
 __all__ = [
+    "BackwardEuler",
     "Body",
     "BodyHistory",
     "ConvergenceError",
     "Energy",
     "Fin",
     "GeneralizedAlpha",
+    "Integrator",
     "InvalidInput",
     "LineHistory",
     "LineProperties",

@@ -72,7 +72,8 @@ class Result:
     final_state: State
     steps: int  #: accepted integrator steps
     newton_iterations: int
-    halvings: int  #: repeated steps
+    halvings: int  #: steps repeated with half the size
+    snaps: int  #: steps in which a line snapped taut or slack
 
 
 def histories(

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from sim_core._core import (
-    GeneralizedAlpha,
+    Integrator,
     Model,
     Motion,
     Simulator,
@@ -24,7 +24,7 @@ def run(
     t_end: float,
     output_step: float = 0.01,
     state: State | None = None,
-    integrator: GeneralizedAlpha | None = None,
+    integrator: Integrator | None = None,
     max_step: float = 0.005,
     newton_tolerance: float | None = None,
 ) -> Result:
@@ -39,7 +39,7 @@ def run(
     simulator = Simulator(
         model,
         state,
-        integrator=integrator or GeneralizedAlpha(),
+        integrator=integrator,
         max_step=max_step,
         **({} if newton_tolerance is None else {"newton_tolerance": newton_tolerance}),
     )
@@ -55,6 +55,7 @@ def run(
         steps=simulator.steps,
         newton_iterations=simulator.newton_iterations,
         halvings=simulator.halvings,
+        snaps=simulator.snaps,
     )
 
 

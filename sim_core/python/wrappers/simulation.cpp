@@ -2,8 +2,10 @@
 #include <nanobind/ndarray.h>
 
 #include "conversions.hpp"
+#include "sim_core/backward_euler.hpp"
 #include "sim_core/energy.hpp"
 #include "sim_core/equations.hpp"
+#include "sim_core/generalized_alpha.hpp"
 #include "sim_core/recorder.hpp"
 #include "sim_core/statics.hpp"
 
@@ -163,7 +165,11 @@ something was set by hand the simulator first solves for the accelerations.)");
             "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.");
     bind_readers(state, [](const State& s) -> const State& { return s; });
 
-    nb::class_<GeneralizedAlpha>(module, "GeneralizedAlpha", R"(Generalised-α integrator (Chung & Hulbert 1993; Arnold & Brüls 2007).
+    nb::class_<Integrator>(module, "Integrator", "A time integration scheme.");
+    nb::class_<BackwardEuler, Integrator>(module, "BackwardEuler",
+                                          "Implicit Euler: first order, strongly damped; can only lose energy.")
+        .def(nb::init<>());
+    nb::class_<GeneralizedAlpha, Integrator>(module, "GeneralizedAlpha", R"(Generalised-α integrator (Chung & Hulbert 1993; Arnold & Brüls 2007).
 
 Second order, unconditionally stable on linear systems; rho_inf (0 … 1) is the spectral radius at infinite frequency:
 1 damps nothing, 0 damps most.)")
@@ -179,19 +185,22 @@ Second order, unconditionally stable on linear systems; rho_inf (0 … 1) is the
 
     nb::class_<Simulator> simulator(module, "Simulator", R"(Advances one state in time.
 
-max_step: s, the largest step; newton_tolerance: largest residual relative to the weight in air of the system;
+integrator: GeneralizedAlpha(rho_inf=0.8) by default; max_step: s, the largest step; newton_tolerance: largest residual relative to the weight in air of the system;
 max_iterations: Newton iterations before a step is halved. Each step that cannot be solved is halved, down to
 max_step/4096, then ConvergenceError is raised and the state stays at the last good instant.
+A step in which a line snaps taut or slack (with a jump in tension above its weight in air) is taken with implicit
+Euler, and the two after it: an impact without rebound.
 The GIL is released while stepping; use each simulator from one thread at a time.)");
     simulator
         .def(
             "__init__",
-            [](Simulator* self, const SharedModel& model, const State& state, const GeneralizedAlpha& integrator,
+            [](Simulator* self, const SharedModel& model, const State& state, std::shared_ptr<Integrator> integrator,
                double max_step, double newton_tolerance, int max_iterations) {
                 if (state.model != model.model) throw InvalidInput("the state belongs to another model");
-                new (self) Simulator(state, integrator, max_step, {max_iterations, newton_tolerance});
+                if (!integrator) integrator = std::make_shared<GeneralizedAlpha>();
+                new (self) Simulator(state, std::move(integrator), max_step, {max_iterations, newton_tolerance});
             },
-            "model"_a, "state"_a, nb::kw_only(), "integrator"_a = GeneralizedAlpha{}, "max_step"_a = 0.005,
+            "model"_a, "state"_a, nb::kw_only(), "integrator"_a = nb::none(), "max_step"_a = 0.005,
             "newton_tolerance"_a = NewtonSettings{}.tolerance, "max_iterations"_a = NewtonSettings{}.max_iterations)
         .def(
             "step",
@@ -239,7 +248,9 @@ The GIL is released while stepping; use each simulator from one thread at a time
         .def_prop_ro("newton_iterations", [](const Simulator& s) { return s.statistics().newton_iterations; },
                      "Newton iterations in all steps so far.")
         .def_prop_ro("halvings", [](const Simulator& s) { return s.statistics().halvings; },
-                     "How often a step had to be repeated with half the size.");
+                     "How often a step had to be repeated with half the size.")
+        .def_prop_ro("snaps", [](const Simulator& s) { return s.statistics().snaps; },
+                     "Steps in which a line snapped taut or slack.");
     bind_readers(simulator, [](const Simulator& s) -> const State& { return s.state(); });
 
     module.def(
