@@ -39,6 +39,7 @@ class ScriptedBoard:
         self.crank = 0
         self.boot_count = 1
         self.configured_ticks = PERIOD_TICKS
+        self.answer_wire_ns = 920_000
         self._requests = FrameReader(64)
         self._events: list = []
         self._order = itertools.count()
@@ -110,7 +111,10 @@ class ScriptedBoard:
         if self.answer_losses.get(kind, 0) > 0:
             self.answer_losses[kind] -= 1
             return
-        self._send(received_ns + 970_000, bytes((kind | 0x80, request_id, status)) + data)
+        self._send(
+            received_ns + 50_000 + self.answer_wire_ns,
+            bytes((kind | 0x80, request_id, status)) + data,
+        )
 
     def _at_tick(self, tick: int, action, *arguments) -> None:
         at_ns = self.born_ns + round((tick - self.ticks_at_boot) / (self.rate * 2e-3))
@@ -392,6 +396,15 @@ def test_stamps_are_the_sampling_instants(protocol, ppm):
     ]
     assert max(map(abs, errors)) < 5_000
     assert bench.driver.clock.rate_ppm == pytest.approx(ppm, abs=1.0)
+
+
+def test_answers_that_are_too_fast_to_be_true(bench):
+    """As from a virtual board that hurries after having been held up."""
+    bench.driver.connect()
+    bench.driver.configure(100)
+    bench.board.answer_wire_ns = 100_000
+    with pytest.raises(BoardError, match="a virtual board needs a less busy computer"):
+        bench.driver.start()
 
 
 def test_the_board_hears_from_the_host_every_second(bench):

@@ -76,7 +76,7 @@ class AdcBoardNode(LifecycleNode):
         self._scans = self.create_lifecycle_publisher(AdcScan, "adc_scan", SENSOR_QOS)
         self._message = AdcScan()
         self._message.header.frame_id = "adc_board"
-        self._message.channel_delay_ns[:] = board.channel_delays_ns(board.adc.filter.fs.default)
+        self._message.channel_delay_ns[:] = board.channel_delays_ns(board.filter_fs(self._rate_hz))
         self._diagnostics = NodeDiagnostics(self, 1.0 / self._rate_hz, self._details)
 
     # -- transitions

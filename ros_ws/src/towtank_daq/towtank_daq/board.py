@@ -46,6 +46,7 @@ _SYNC_TRIES = 3
 _SYNC_TIMEOUT_S = 0.05
 _SYNC_PERIOD_S = 1.0
 _FIRST_SYNC_ROUNDS = 4
+_FIRST_SYNC_ATTEMPTS = 20
 _FIRST_SYNC_SPACING_S = 0.15  # with 50 us of jitter the slope is then known to about 100 ppm
 _SCAN_PATIENCE_S = 0.1  # how long a due sync try waits for a scan to go just behind it
 _LOOK_AROUND_NS = 100_000_000  # longest wait for bytes before sync and silence are looked at
@@ -204,7 +205,7 @@ class AdcBoard:
             raise BoardError(
                 f"scan rate {rate_hz} Hz: the board takes {rates.minimum} to {rates.maximum} Hz"
             )
-        filter_fs = self._board.adc.filter.fs.default
+        filter_fs = self._board.filter_fs(rate_hz)
         self._command("configure", rate_hz=rate_hz, filter_fs=filter_fs)
         self._rate_hz = rate_hz
 
@@ -315,12 +316,19 @@ class AdcBoard:
     def _begin(self) -> None:
         """From an idle board to a stream whose clock is known."""
         self.clock.reset()
-        for _ in range(_FIRST_SYNC_ROUNDS):
+        for _ in range(_FIRST_SYNC_ATTEMPTS):
             tries = [t for t in (self._sync_try() for _ in range(_SYNC_TRIES)) if t is not None]
             if not tries:
                 raise BoardError("the board does not answer 'sync': check its cable")
             self.clock.add_round(tries)
+            if self.clock.points == _FIRST_SYNC_ROUNDS:
+                break
             self._wait(self._now_ns() + round(1e9 * _FIRST_SYNC_SPACING_S), lambda: False)
+        else:
+            raise BoardError(
+                "the board's time cannot be told, for its answers come faster than its line is: "
+                "a virtual board needs a less busy computer"
+            )
         self._down = ""
         self._tries_left = 0
         self._next_sync_ns = self._now_ns() + round(1e9 * _FIRST_SYNC_SPACING_S)

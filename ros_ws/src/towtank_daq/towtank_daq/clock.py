@@ -26,6 +26,12 @@ the line's young end (50 ppm a minute and 10 s: 83 us), while some T points aver
 Until enough points are there, a prior holds the slope near its nominal value, with the resonator's
 tolerance as its standard deviation.
 
+A board that is emulated on a busy computer has one more fault: its time stands still while its
+process is held up, and then catches up in a hurry. An answer that comes faster than the wire could
+carry it gives such a board away and is not used. What slips through makes the board seem late,
+never early: so the regression starts below all points, and gives one that lies s standard
+deviations above the line the weight 1 / (1 + (s/4)^2) (Cauchy's), but one below it full weight.
+
 The same idea (shortest round trip, decaying regression) carries Klipper's clock synchronisation
 and, without the regression, Cristian's algorithm (Distributed Computing 3, 146-158, 1989).
 """
@@ -41,6 +47,8 @@ _DECAY_S = 10.0
 _POINTS = 60  # at one a second the oldest has decayed to exp(-6)
 _SLOPE_PRIOR = 5e-3  # standard deviation of the board's relative clock error
 _FLOOR_S = 20e-6  # jitter of the best round trips: scheduling and interrupts on both sides
+_ROBUST_SIGMAS = 4.0
+_ROBUST_STEPS = 15  # more than it takes to settle below a microsecond
 
 
 def unwrap(value: int, bits: int, near: int) -> int:
@@ -121,9 +129,14 @@ class BoardClock:
         return self._points[-1].round_trip_s if self._points else math.nan
 
     def add_round(self, tries: Iterable[SyncExchange]) -> None:
-        """Learn from one round of exchanges that were made shortly after each other."""
-        self._points.append(min(map(self._point, tries), key=lambda p: p.round_trip_s))
-        self._fit()
+        """Learn from one round of exchanges that were made shortly after each other.
+
+        A round of exchanges that are all too fast to be true teaches nothing.
+        """
+        possible = [p for p in map(self._point, tries) if p.round_trip_s > -_FLOOR_S]
+        if possible:
+            self._points.append(min(possible, key=lambda p: p.round_trip_s))
+            self._fit()
 
     def host_ns(self, ticks: int) -> int:
         """The host's time at a board time, ns of CLOCK_MONOTONIC."""
@@ -148,25 +161,42 @@ class BoardClock:
         # x is board time at the nominal rate, y by how much the host's clock has gained on it.
         young = self._points[-1]
         shortest = min(p.round_trip_s for p in self._points)
-        s0 = s1 = s2 = t0 = t1 = 0.0
         rows = []
         for p in self._points:
             x = (p.ticks - young.ticks) / self._nominal_hz
             y = (p.host_ns - young.host_ns) / 1e9 - x
             variance = _FLOOR_S**2 + (p.round_trip_s - shortest) ** 2 / 12.0
-            w = math.exp(x / _DECAY_S) / variance
-            rows.append((x, y, w))
-            s0 += w
-            s1 += w * x
-            s2 += w * x * x
-            t0 += w * y
-            t1 += w * x * y
-        s2 += _SLOPE_PRIOR**-2
-        det = s0 * s2 - s1 * s1
-        offset = (t0 * s2 - t1 * s1) / det
-        slope = (t1 * s0 - t0 * s1) / det
+            rows.append((x, y, variance, math.exp(x / _DECAY_S) / variance))
+        slope = self._ns_per_tick * self._nominal_hz / 1e9 - 1.0
+        offset = min(y - slope * x for x, y, *_ in rows)
+        for _ in range(_ROBUST_STEPS):
+            offset, slope = _line(
+                (x, y, w * _trust(y - offset - slope * x, variance)) for x, y, variance, w in rows
+            )
         self._ticks = young.ticks
         self._host_ns = young.host_ns + round(1e9 * offset)
         self._ns_per_tick = 1e9 * (1.0 + slope) / self._nominal_hz
-        chi2 = sum(w * (y - offset - slope * x) ** 2 for x, y, w in rows)
-        self.residual_s = math.sqrt(chi2 / s0)
+        squares = sum(w * (y - offset - slope * x) ** 2 for x, y, _, w in rows)
+        self.residual_s = math.sqrt(squares / sum(w for *_, w in rows))
+
+
+def _line(rows: Iterable[tuple[float, float, float]]) -> tuple[float, float]:
+    """Offset and slope of the weighted least-squares line through (x, y, weight), with the prior
+    on the slope."""
+    s0 = s1 = t0 = t1 = 0.0
+    s2 = _SLOPE_PRIOR**-2
+    for x, y, w in rows:
+        s0 += w
+        s1 += w * x
+        s2 += w * x * x
+        t0 += w * y
+        t1 += w * x * y
+    det = s0 * s2 - s1 * s1
+    return (t0 * s2 - t1 * s1) / det, (t1 * s0 - t0 * s1) / det
+
+
+def _trust(late_s: float, variance: float) -> float:
+    """Factor of a point's weight by how late it puts the board against the line."""
+    if late_s <= 0.0:
+        return 1.0
+    return 1.0 / (1.0 + late_s * late_s / (_ROBUST_SIGMAS**2 * variance))

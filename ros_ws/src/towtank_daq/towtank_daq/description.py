@@ -145,12 +145,27 @@ class BoardDescription(BaseModel):
         the single pole before it delays slow signals by its time constant 1/(2 pi f):
         delay = (i + 1/2) T - 1/(2 pi f), with T = (order 32 fs + dead cycles) / f_master.
         """
-        cycles = self.adc.filter.order * 32 * filter_fs + self.adc.filter.dead_cycles
-        conversion_s = cycles / self.adc.master_clock_hz
+        conversion_s = self._conversion_s(filter_fs)
         return [
             round(1e9 * ((i + 0.5) * conversion_s - 1.0 / (2.0 * math.pi * channel.pole_hz)))
             for i, channel in enumerate(self.channels)
         ]
+
+    def filter_fs(self, rate_hz: int) -> int:
+        """The ADC's filter word for a scan rate: the default, or less where that is too slow.
+
+        Even on an ADC whose own clock is 5 % slow, a tenth of the period is left for reading out.
+        """
+        words = self.adc.filter.fs
+        longest_s = 0.9 / rate_hz / 1.05
+        for fs in range(words.default, words.minimum, -1):
+            if len(self.channels) * self._conversion_s(fs) <= longest_s:
+                return fs
+        return words.minimum
+
+    def _conversion_s(self, filter_fs: int) -> float:
+        cycles = self.adc.filter.order * 32 * filter_fs + self.adc.filter.dead_cycles
+        return cycles / self.adc.master_clock_hz
 
 
 def installed_description() -> Path:

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The board's node on a port: the virtual board in real time, and ports that are none."""
+
+import itertools
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import State
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import TransitionCallbackReturn
+from towtank_daq.adc_board_node import AdcBoardNode
+from towtank_interfaces.msg import AdcScan
+from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+
+ROOT = Path(__file__).parents[4]
+RIG = ROOT / "hardware" / "rigs" / "nit_calicut_2012.yaml"
+BUILD = ROOT / "build" / "firmware"
+SUCCESS = TransitionCallbackReturn.SUCCESS
+FAILURE = TransitionCallbackReturn.FAILURE
+
+
+class Graph:
+    """The node under test and a listener, in one executor of a ROS context of their own."""
+
+    def __init__(self, port: Path, **parameters) -> None:
+        given = {"rig": RIG, "port": port, **parameters}
+        arguments = itertools.chain.from_iterable(("-p", f"{k}:={v}") for k, v in given.items())
+        rclpy.init(args=["--ros-args", *arguments])
+        self.node = AdcBoardNode()
+        self.listener = rclpy.create_node("listener")
+        self.scans: list[AdcScan] = []
+        self.statuses: list[DiagnosticStatus] = []
+        self.listener.create_subscription(AdcScan, "adc_scan", self.scans.append, SENSOR_QOS)
+        self.listener.create_subscription(
+            DiagnosticArray,
+            "/diagnostics",
+            lambda array: self.statuses.extend(array.status),
+            RELIABLE_QOS,
+        )
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.listener)
+
+    def spin_until(self, condition) -> None:
+        """The test's time limit ends what never comes true."""
+        while not condition():
+            self.executor.spin_once(timeout_sec=0.1)
+
+    @property
+    def state(self) -> int:
+        return self.node._state_machine.current_state[0]
+
+    def close(self) -> None:
+        self.node.close()
+        self.node.destroy_node()
+        self.listener.destroy_node()
+        rclpy.try_shutdown()
+
+
+@pytest.fixture
+def graph():
+    """Makes a graph and takes it down."""
+    graphs = []
+
+    def make(port: Path, **parameters) -> Graph:
+        graphs.append(Graph(port, **parameters))
+        return graphs[-1]
+
+    yield make
+    for made in graphs:
+        made.close()
+
+
+@pytest.fixture
+def virtual_board(tmp_path):
+    """The virtual board's process; its port is tmp_path/board."""
+    process = subprocess.Popen(
+        [
+            BUILD / "vboard" / "towtank-vboard",
+            "--elf", BUILD / "towtank_board.elf",
+            "--pty-link", tmp_path / "board",
+            "--bench-socket", tmp_path / "bench",
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+    )  # fmt: skip
+    assert process.stdout.readline().startswith("ready")
+    yield process
+    process.send_signal(signal.SIGCONT)
+    process.terminate()
+    process.communicate()
+
+
+@pytest.mark.timeout(60)
+def test_through_all_states(graph, virtual_board, tmp_path):
+    made = graph(tmp_path / "board")
+    assert made.node.trigger_configure() == SUCCESS
+    assert made.node.trigger_activate() == SUCCESS
+    made.spin_until(lambda: len(made.scans) >= 150)
+    assert made.node.trigger_deactivate() == SUCCESS
+    details = made.node._details()
+    assert made.node.trigger_cleanup() == SUCCESS
+
+    sequence = [scan.sequence for scan in made.scans]
+    assert sequence == list(range(sequence[0], sequence[0] + len(sequence)))
+    assert {b.board_ticks - a.board_ticks for a, b in itertools.pairwise(made.scans)} == {20_000}
+    assert (details["scans_lost"], details["scans_bad"]) == (0, 0)
+    assert details["scans_received"] > sequence[-1]
+    # stamps are in ROS time: the last one lies in the run that has just ended
+    now = made.listener.get_clock().now().nanoseconds
+    last = made.scans[-1].header.stamp
+    assert 0 < now - (last.sec * 10**9 + last.nanosec) < 10 * 10**9
+    assert made.scans[0].header.frame_id == "adc_board"
+
+
+@pytest.mark.timeout(60)
+def test_start_again_after_a_stop(graph, virtual_board, tmp_path):
+    """Also over a cleanup; each start counts from 0."""
+    made = graph(tmp_path / "board", rate_hz=200)
+    assert made.node.trigger_configure() == SUCCESS
+    for scans in (100, 200):
+        assert made.node.trigger_activate() == SUCCESS
+        made.spin_until(lambda scans=scans: len(made.scans) >= scans)
+        assert made.node.trigger_deactivate() == SUCCESS
+    steps = [b.board_ticks - a.board_ticks for a, b in itertools.pairwise(made.scans)]
+    restarts = [k for k, step in enumerate(steps) if step != 10_000]
+    assert len(restarts) == 1
+    # the listener is found during the first run and is there for the whole of the second
+    assert made.scans[restarts[0] + 1].sequence == 0
+    assert made.node.trigger_cleanup() == SUCCESS
+    assert made.node.trigger_configure() == SUCCESS
+
+
+@pytest.mark.timeout(60)
+def test_ready_is_said_and_health_is_told(graph, virtual_board, tmp_path):
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    made.spin_until(lambda: made.node._board.health is not None)
+    made.statuses.clear()
+    made.spin_until(lambda: made.statuses)
+    status = made.statuses[-1]
+    values = {pair.key: pair.value for pair in status.values}
+    assert status.level == DiagnosticStatus.OK
+    assert (status.name, values["state"]) == ("/adc_board", "ready")
+    assert values["board_reset_cause"] == "power_on"
+    assert values["board_dropped_frames"] == "0"
+    assert float(values["clock_residual_us"]) >= 0
+
+
+@pytest.mark.timeout(60)
+def test_port_that_vanishes_in_the_run(graph, virtual_board, tmp_path):
+    """The node falls back to unconfigured, says why, and can be configured again."""
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    made.spin_until(lambda: made.scans)
+    virtual_board.kill()
+    made.spin_until(lambda: made.state == State.PRIMARY_STATE_UNCONFIGURED)
+    made.spin_until(lambda: made.statuses and made.statuses[-1].level == DiagnosticStatus.ERROR)
+    assert re.search(r"port .*/board is gone: plug the board in", made.statuses[-1].message)
+    assert made.node.trigger_configure() == FAILURE
+
+
+@pytest.mark.timeout(60)
+def test_board_that_falls_silent_in_the_run(graph, virtual_board, tmp_path):
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    made.spin_until(lambda: made.scans)
+    virtual_board.send_signal(signal.SIGSTOP)
+    made.spin_until(lambda: made.state == State.PRIMARY_STATE_UNCONFIGURED)
+    made.spin_until(lambda: made.statuses and made.statuses[-1].level == DiagnosticStatus.ERROR)
+    assert "sent nothing for 3 s: check its power and cable" in made.statuses[-1].message
+
+
+def refusal(made: Graph) -> str:
+    """What the node says when it cannot be configured."""
+    assert made.node.trigger_configure() == FAILURE
+    assert made.state == State.PRIMARY_STATE_UNCONFIGURED
+    made.spin_until(lambda: made.statuses and made.statuses[-1].level == DiagnosticStatus.ERROR)
+    message = made.statuses[-1].message
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.timeout(60)
+def test_port_that_does_not_exist(graph, tmp_path):
+    assert "none does not exist: plug the board in" in refusal(graph(tmp_path / "none"))
+
+
+@pytest.mark.timeout(60)
+def test_port_that_is_no_serial_port(graph, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert "file is no serial port: give the board's port" in refusal(graph(tmp_path / "file"))
+
+
+@pytest.mark.timeout(60)
+def test_port_in_use(graph, virtual_board, tmp_path):
+    holder = graph(tmp_path / "board")
+    assert holder.node.trigger_configure() == SUCCESS
+    rival = AdcBoardNode()  # with the same parameters
+    try:
+        assert rival.trigger_configure() == FAILURE
+        assert "in use by another program: stop that first" in rival._failure
+    finally:
+        rival.destroy_node()
+
+
+@pytest.mark.timeout(60)
+def test_port_where_nobody_answers(graph):
+    here, there = pty.openpty()
+    try:
+        message = refusal(graph(Path(os.ttyname(there))))
+    finally:
+        os.close(here)
+        os.close(there)
+    assert "not answered within 8 s: check that it has power" in message
+
+
+@pytest.mark.timeout(60)
+def test_board_of_another_schema(graph, protocol):
+    """Somebody on the line who answers `identify` with a hash that is not ours."""
+    from towtank_daq.framing import FrameReader, encode_frame
+
+    here, there = pty.openpty()
+    os.set_blocking(here, False)
+    finished = threading.Event()
+    other = protocol.board.schema_hash ^ 0xFFFFFFFF
+
+    def answer() -> None:
+        reader = FrameReader(64)
+        while not finished.is_set():
+            if select.select([here], [], [], 0.1)[0]:
+                for request in reader.feed(os.read(here, 4096)):
+                    identity = bytes((1,)) + other.to_bytes(4, "little") + bytes(16)
+                    os.write(here, encode_frame(bytes((0x81, request[1], 0)) + identity))
+
+    thread = threading.Thread(target=answer)
+    thread.start()
+    try:
+        message = refusal(graph(Path(os.ttyname(there))))
+    finally:
+        finished.set()
+        thread.join()
+        os.close(here)
+        os.close(there)
+    assert f"schema 0x{other:08x}" in message
+    assert f"0x{protocol.board.schema_hash:08x}: flash the firmware" in message
+
+
+# -- as processes
+
+
+def run(node: str, *parameters: str) -> subprocess.CompletedProcess:
+    """Start a node's process that should end by itself."""
+    given = itertools.chain.from_iterable(("-p", parameter) for parameter in parameters)
+    return subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            f"from towtank_daq.{node}_node import main; main()",
+            "--ros-args",
+            *given,
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize(
+    ("node", "parameters", "words"),
+    [
+        ("adc_board", [f"rig:={RIG}"], "parameter 'port' is missing"),
+        ("adc_board", [f"rig:={RIG}", "port:=/dev/null", "rate_hz:=500"], "rate_hz"),
+        ("adc_board", ["rig:=/nowhere.yaml", "port:=/dev/null"], "/nowhere.yaml: no such file"),
+        ("pressure", [f"rig:={RIG}", "sensor:=thermometer"], "give one of fish_pressure"),
+        ("pressure", [f"rig:={RIG}", "sensor:=fish_pressure", "zero_scans:=1"], "zero_scans"),
+        ("inclinometer", [], "parameter 'rig' is missing"),
+        ("encoder", [f"rig:={RIG}", "velocity_window_s:=0.001"], "velocity_window_s"),
+    ],
+)
+def test_bad_parameters_end_the_process(node, parameters, words):
+    ended = run(node, *parameters)
+    assert ended.returncode == 1
+    assert ended.stderr.count("\n") == 1
+    assert ended.stderr.startswith("error: ")
+    assert words in ended.stderr
+
+
+@pytest.mark.timeout(60)
+def test_rig_wired_otherwise_is_refused(tmp_path):
+    changed = tmp_path / "rig.yaml"
+    text = RIG.read_text(encoding="utf-8")
+    old = "[fish_pressure, depressor_pressure, accel_x,"
+    assert old in text
+    changed.write_text(
+        text.replace(old, "[depressor_pressure, fish_pressure, accel_x,"), encoding="utf-8"
+    )
+    ended = run("adc_board", f"rig:={changed}", "port:=/dev/null")
+    assert ended.returncode == 1
+    assert "board.channels: the rig has depressor_pressure, fish_pressure" in ended.stderr
