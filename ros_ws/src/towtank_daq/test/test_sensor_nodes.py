@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sensor nodes: a scan in, messages out with the right stamps, units and flags."""
+
+import itertools
+import math
+from pathlib import Path
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import FluidPressure, Imu, JointState
+from std_srvs.srv import Trigger
+from towtank_daq.encoder_node import EncoderNode
+from towtank_daq.inclinometer_node import InclinometerNode
+from towtank_daq.pressure_node import PressureNode
+from towtank_interfaces.msg import AdcScan, Depth, Inclination
+from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+
+RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
+START_S = 1_000_000
+ZERO_SCANS = 10
+
+
+class Bench:
+    """A node under test, and one that sends it scans and hears what it says."""
+
+    def __init__(self, make_node, **parameters) -> None:
+        given = {"rig": RIG, **parameters}
+        arguments = itertools.chain.from_iterable(("-p", f"{k}:={v}") for k, v in given.items())
+        rclpy.init(args=["--ros-args", *arguments])
+        self.node = make_node()
+        self.peer = rclpy.create_node("peer")
+        self.heard: dict[str, list] = {}
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.peer)
+        self.publisher = self.peer.create_publisher(AdcScan, "/measured/adc_scan", SENSOR_QOS)
+        self.sequence = -1
+        self.hear(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+
+    def hear(self, kind, topic, qos=SENSOR_QOS) -> list:
+        self.heard[topic] = []
+        self.peer.create_subscription(kind, topic, self.heard[topic].append, qos)
+        return self.heard[topic]
+
+    def connected(self) -> None:
+        """Spin until all have found each other."""
+        topics = [topic for topic in self.heard if topic != "/diagnostics"]
+        while not (
+            self.publisher.get_subscription_count() == 1
+            and all(self.peer.count_publishers(topic) for topic in topics)
+            and self.heard["/diagnostics"]
+        ):
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def send(self, codes, valid_mask=0x3F, crank=0, carriage=0) -> AdcScan:
+        self.sequence += 1
+        scan = AdcScan(sequence=self.sequence, valid_mask=valid_mask)
+        scan.header.stamp.sec = START_S
+        scan.header.stamp.nanosec = 10_000_000 * self.sequence
+        scan.codes = codes
+        scan.channel_delay_ns = [
+            -3_364_380,
+            -2_272_257,
+            -8_268_653,
+            -7_176_531,
+            -6_084_409,
+            2_096_232,
+        ]
+        scan.crank_count = crank
+        scan.carriage_count = carriage
+        self.publisher.publish(scan)
+        return scan
+
+    def spin_until(self, condition) -> None:
+        while not condition():
+            self.executor.spin_once(timeout_sec=0.1)
+
+    def call_zero(self) -> Trigger.Response:
+        client = self.peer.create_client(Trigger, f"{self.node.get_fully_qualified_name()}/zero")
+        self.spin_until(client.service_is_ready)
+        future = client.call_async(Trigger.Request())
+        self.spin_until(future.done)
+        return future.result()
+
+    def values(self) -> dict[str, str]:
+        """What the node's last status says."""
+        return {pair.key: pair.value for pair in self.heard["/diagnostics"][-1].status[0].values}
+
+    def close(self) -> None:
+        self.node.destroy_node()
+        self.peer.destroy_node()
+        rclpy.try_shutdown()
+
+
+@pytest.fixture
+def bench():
+    """Makes a bench and takes it down."""
+    made = []
+
+    def make(*arguments, **parameters) -> Bench:
+        made.append(Bench(*arguments, **parameters))
+        return made[-1]
+
+    yield make
+    for item in made:
+        item.close()
+
+
+def time_ns(stamp) -> int:
+    return stamp.sec * 10**9 + stamp.nanosec
+
+
+def bridge(volts: float) -> int:
+    return round(2**23 * (40.37 * volts / 2.5 + 1))
+
+
+def single_ended(volts: float) -> int:
+    return round(2**24 * volts / 2.5)
+
+
+@pytest.mark.timeout(60)
+def test_pressure_node(bench):
+    """16 mV at the bridge is 20 kPa; the depressor's channel is the second."""
+    made = bench(PressureNode, sensor="depressor_pressure", zero_scans=ZERO_SCANS)
+    pressures = made.hear(FluidPressure, "/pressure")
+    depths = made.hear(Depth, "/depth")
+    made.connected()
+    scan = made.send([0, bridge(0.016), 0, 0, 0, 0])
+    made.spin_until(lambda: pressures and depths)
+    pressure, depth = pressures[0], depths[0]
+    assert pressure.fluid_pressure == pytest.approx(20_000, abs=0.01)
+    weight = made.node.rig.water.density.value * made.node.rig.water.gravity.value
+    assert depth.depth == pytest.approx(20_000 / weight, abs=1e-6)
+    assert pressure.variance == pytest.approx((weight * depth.standard_uncertainty) ** 2)
+    assert (depth.valid, depth.zeroed) == (True, False)
+    for message in (pressure, depth):
+        assert message.header.frame_id == "depressor_pressure"
+        assert time_ns(message.header.stamp) == time_ns(scan.header.stamp) - 2_272_257
+
+
+@pytest.mark.timeout(60)
+def test_zeroing_by_service(bench):
+    """Refused as long as scans are few; the node is ready when it can be zeroed."""
+    made = bench(PressureNode, sensor="fish_pressure", zero_scans=ZERO_SCANS)
+    depths = made.hear(Depth, "/depth")
+    made.connected()
+    made.send([bridge(0.012), 0, 0, 0, 0, 0])
+    made.spin_until(lambda: depths)
+    refused = made.call_zero()
+    assert not refused.success
+    assert f"only 1 of {ZERO_SCANS} good scans" in refused.message
+    assert made.values()["state"] == "not ready"
+    for _ in range(ZERO_SCANS):
+        made.send([bridge(0.012), 0, 0, 0, 0, 0])
+    made.spin_until(lambda: made.values()["state"] == "ready")
+    done = made.call_zero()
+    assert done.success
+    assert f"mean of {ZERO_SCANS} scans" in done.message
+    depths.clear()
+    made.send([bridge(0.012), 0, 0, 0, 0, 0])
+    made.spin_until(lambda: depths)
+    assert depths[0].zeroed
+    assert depths[0].depth == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.timeout(60)
+def test_pressure_of_a_bad_scan(bench):
+    made = bench(PressureNode, sensor="fish_pressure")
+    depths = made.hear(Depth, "/depth")
+    made.connected()
+    made.send([0] * 6, valid_mask=0x3E)
+    made.spin_until(lambda: depths)
+    assert not depths[0].valid
+    assert math.isnan(depths[0].depth)
+
+
+@pytest.mark.timeout(60)
+def test_inclinometer_node(bench):
+    """Bow up by asin(0.5): half a g forward (0.33 V), the rest upwards."""
+    made = bench(InclinometerNode)
+    imus = made.hear(Imu, "/imu")
+    inclinations = made.hear(Inclination, "/inclination")
+    made.connected()
+    volts = (1.65 + 0.33, 1.65, 1.65 + 0.66 * math.cos(math.pi / 6))
+    scan = made.send([0, 0, *map(single_ended, volts), 0])
+    made.spin_until(lambda: imus and inclinations)
+    imu, inclination = imus[0], inclinations[0]
+    assert inclination.pitch == pytest.approx(-math.pi / 6, abs=1e-5)
+    assert inclination.roll == pytest.approx(0.0, abs=1e-5)
+    assert inclination.valid
+    assert inclination.pitch_standard_uncertainty > 0
+    assert imu.linear_acceleration.x == pytest.approx(9.80665 / 2, abs=1e-3)
+    assert imu.linear_acceleration.y == pytest.approx(0.0, abs=1e-3)
+    assert imu.orientation_covariance[0] == -1
+    assert imu.angular_velocity_covariance[0] == -1
+    assert imu.header.frame_id == "fish"
+    for message in (imu, inclination):
+        # the mean of the three channels' instants is that of the middle one
+        stamp = time_ns(message.header.stamp) - time_ns(scan.header.stamp)
+        assert stamp == pytest.approx(-7_176_531, abs=1)
+    assert made.values()["state"] == "ready"
+
+
+@pytest.mark.timeout(60)
+def test_encoder_node(bench):
+    """100 counts of 4096 a scan on the crank, 200 on the wheel of 0.5 m; counts start anywhere."""
+    made = bench(EncoderNode)
+    joints = made.hear(JointState, "/joint_states")
+    made.connected()
+    for k in range(5):
+        scan = made.send([0] * 6, crank=2**40 + 100 * k, carriage=-7 + 200 * k)
+    made.spin_until(lambda: len(joints) == 5)
+    last = joints[-1]
+    assert list(last.name) == ["crank", "carriage"]
+    assert last.position[0] == pytest.approx(400 * 2 * math.pi / 4096)
+    assert last.position[1] == pytest.approx(800 * 0.5 / 4096)
+    assert last.velocity[0] == pytest.approx(10_000 * 2 * math.pi / 4096)
+    assert last.velocity[1] == pytest.approx(20_000 * 0.5 / 4096)
+    assert last.header.stamp == scan.header.stamp
+    assert list(joints[0].position) == [0.0, 0.0]
+    assert made.call_zero().success
+    made.send([0] * 6, crank=5, carriage=5)
+    made.spin_until(lambda: len(joints) == 6)
+    assert list(joints[-1].position) == [0.0, 0.0]
+
+
+@pytest.mark.timeout(60)
+def test_missed_scans_are_reported(bench):
+    made = bench(EncoderNode)
+    joints = made.hear(JointState, "/joint_states")
+    made.connected()
+    made.send([0] * 6)
+    made.sequence += 3
+    made.send([0] * 6)
+    made.spin_until(lambda: len(joints) == 2)
+    made.spin_until(lambda: made.values()["scans_missed"] == "3")
+    assert made.values()["overruns"] == "0"
