@@ -85,14 +85,14 @@ static void every_second(struct board *board)
 
 void board_poll(struct board *board)
 {
-    scan_poll(&board->scan);
+    bool time_to_spare = scan_poll(&board->scan) || !board->scan.streaming;
     listen(board);
 
     uint64_t time = hal_time();
     uint32_t now = (uint32_t)time;
     if (board->scan.streaming && now - board->last_host_frame > BOARD_HOST_SILENCE_TICKS)
         scan_stop(&board->scan);
-    if (now - board->last_health >= HEALTH_PERIOD_TICKS) {
+    if (time_to_spare && now - board->last_health >= HEALTH_PERIOD_TICKS) {
         board->last_health += HEALTH_PERIOD_TICKS;
         every_second(board);
     }

@@ -30,8 +30,9 @@ bool cobs_decode(uint8_t *bytes, uint8_t *length)
                 return false;
             bytes[to++] = bytes[from++];
         }
-        // A block of 254 bytes has no zero behind it, and neither has the last block.
-        if (code != 0xFF && from < coded)
+        // Each block but the last stands for a zero behind it. (Blocks of 254 bytes do not, but one
+        // of them would be the whole message.)
+        if (from < coded)
             bytes[to++] = 0;
     }
     *length = to;

@@ -30,6 +30,15 @@ static inline bool ring_put(struct ring *ring, uint8_t byte)
     return true;
 }
 
+// `count` is at most ring_space().
+static inline void ring_put_all(struct ring *ring, const uint8_t *bytes, uint8_t count)
+{
+    uint8_t head = ring->head;
+    for (uint8_t i = 0; i < count; i++)
+        ring->bytes[head++] = bytes[i];
+    ring->head = head; // only now the reader may have them
+}
+
 static inline bool ring_get(struct ring *ring, uint8_t *byte)
 {
     uint8_t tail = ring->tail;

@@ -6,15 +6,6 @@
 // Time for reading the last conversion and sending the frame before the next tick.
 #define READOUT_TICKS (BOARD_TICK_HZ / 5000)
 
-void scan_init(struct scan *scan, struct transmitter *transmitter)
-{
-    *scan = (struct scan){
-        .period = BOARD_TICK_HZ / BOARD_RATE_DEFAULT_HZ,
-        .filter_fs = BOARD_ADC_FS_DEFAULT,
-        .transmitter = transmitter,
-    };
-}
-
 // Longest duration of the scan's conversions, in ticks: the ADC's clock may be 5 % slow.
 static uint32_t longest_scan(uint16_t fs)
 {
@@ -30,11 +21,19 @@ bool scan_configure(struct scan *scan, uint16_t rate_hz, uint16_t filter_fs)
     if (filter_fs < BOARD_ADC_FS_MINIMUM || filter_fs > BOARD_ADC_FS_MAXIMUM)
         return false;
     uint32_t period = (BOARD_TICK_HZ + rate_hz / 2) / rate_hz;
-    if (longest_scan(filter_fs) + READOUT_TICKS > period)
+    uint32_t latest_conversion = longest_scan(filter_fs) + READOUT_TICKS;
+    if (latest_conversion > period)
         return false;
     scan->period = period;
     scan->filter_fs = filter_fs;
+    scan->latest_conversion = latest_conversion;
     return true;
+}
+
+void scan_init(struct scan *scan, struct transmitter *transmitter)
+{
+    *scan = (struct scan){.transmitter = transmitter};
+    scan_configure(scan, BOARD_RATE_DEFAULT_HZ, BOARD_ADC_FS_DEFAULT);
 }
 
 // In interrupt context.
@@ -149,7 +148,7 @@ static void take_channel(struct scan *scan, const struct ad7124_conversion *conv
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;
     }
     if (channel < scan->slot || channel >= BOARD_CHANNEL_COUNT) {
-        scan->slot = BOARD_CHANNEL_COUNT; // the scan's other conversions are over
+        scan->slot = BOARD_CHANNEL_COUNT; // the scan's other conversions are lost
         return;
     }
     scan->record.codes[channel] = conversion->code;
@@ -157,24 +156,38 @@ static void take_channel(struct scan *scan, const struct ad7124_conversion *conv
     scan->slot = (uint8_t)(channel + 1);
 }
 
-static void read_channel(struct scan *scan)
+// The ADC goes round its channels until it is held. Had the main loop slept, a conversion could be
+// of a later round, at another instant than the record says.
+static bool of_another_round(const struct scan *scan)
 {
+    return (uint32_t)hal_time() - scan->record.ticks > scan->latest_conversion;
+}
+
+// True when the record is complete and sent.
+static bool read_channel(struct scan *scan)
+{
+    bool late = of_another_round(scan);
     struct ad7124_conversion conversion;
     bool crc_good = ad7124_read_conversion(&conversion);
     if (scan->latch.pending)
-        return; // the sequence was restarted during the read, which may be of either scan
-    if (crc_good) {
+        return false; // the sequence was restarted during the read, which may be of either scan
+    if (late) {
+        scan->counters.sequence_errors++;
+        scan->record.flags |= BOARD_FLAG_ADC_ERROR;
+        scan->slot = BOARD_CHANNEL_COUNT;
+    } else if (crc_good) {
         take_channel(scan, &conversion);
     } else {
         scan->counters.spi_crc_errors++;
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;
         scan->slot++;
     }
-    if (scan->slot == BOARD_CHANNEL_COUNT) {
-        send_record(scan);
-        if (!scan->housekeeping_due)
-            rest(scan);
-    }
+    if (channels_missing(scan))
+        return false;
+    send_record(scan);
+    if (!scan->housekeeping_due)
+        rest(scan);
+    return true;
 }
 
 static void read_housekeeping(struct scan *scan)
@@ -191,23 +204,23 @@ static void read_housekeeping(struct scan *scan)
     rest(scan);
 }
 
-void scan_poll(struct scan *scan)
+bool scan_poll(struct scan *scan)
 {
     struct scan_tick tick;
     uint32_t missed_ticks;
     if (take_tick(scan, &tick, &missed_ticks)) {
-        if (channels_missing(scan))
+        bool cut = channels_missing(scan);
+        if (cut)
             cut_short(scan);
         open_record(scan, &tick, missed_ticks);
-        return;
+        return cut;
     }
     if (!scan->converting || !hal_adc_ready())
-        return;
-
+        return false;
     if (channels_missing(scan))
-        read_channel(scan);
-    else
-        read_housekeeping(scan);
+        return read_channel(scan);
+    read_housekeeping(scan);
+    return false;
 }
 
 void scan_stop(struct scan *scan)

@@ -35,6 +35,7 @@ struct scan {
     struct transmitter *transmitter;
     uint32_t period; // ticks
     uint16_t filter_fs;
+    uint32_t latest_conversion; // ticks after the scan's start: what ends later is of another round
     bool streaming; // between start and stop
 
     // The interrupt writes these; the main loop touches them locked.
@@ -68,8 +69,9 @@ bool scan_start(struct scan *scan, uint64_t *first);
 // Stops the timer and lets the running scan finish: its frame is sent when this returns.
 void scan_stop(struct scan *scan);
 
-// Call often: at least once in the time of a conversion.
-void scan_poll(struct scan *scan);
+// Call often: at least once in the time of a conversion. True when a data frame went out: then the
+// next conversion is farthest away, and there is time for other work.
+bool scan_poll(struct scan *scan);
 
 // Asks for one housekeeping conversion behind one of the next scans.
 void scan_request_housekeeping(struct scan *scan);

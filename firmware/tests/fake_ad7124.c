@@ -50,7 +50,7 @@ static void reset(struct fake_ad7124 *device)
 double fake_ad7124_conversion_ticks(const struct fake_ad7124 *device)
 {
     double fs = device->registers[FILTER_0] & 0x7FF;
-    return (3 * 32 * fs + 95) / 614400 * 2e6;
+    return (3 * 32 * fs + 95) / 614400 * 2e6 * device->slowness;
 }
 
 static uint32_t conversions_done(const struct fake_ad7124 *device)
@@ -82,6 +82,9 @@ static bool ready(void *context)
 static void sync_pin(void *context, bool high)
 {
     struct fake_ad7124 *device = context;
+    uint32_t done = conversions_done(device);
+    if (done > 0)
+        device->last_channel = channel_of(device, done);
     device->running = high;
     device->started = hal_host.time;
     device->conversions_read = 0;
@@ -107,11 +110,13 @@ static void read_register(struct fake_ad7124 *device, uint8_t address, uint8_t *
     uint32_t value = device->registers[address];
     bool with_status = false;
     if (address == DATA) {
+        // A restarted sequence has no result yet: nobody must believe what DATA shows meanwhile.
         uint32_t done = conversions_done(device);
-        uint8_t channel = done == 0 ? 0 : channel_of(device, done);
-        value = device->inputs[channel];
+        uint8_t channel = done == 0 ? device->last_channel : channel_of(device, done);
+        value = done == 0 ? 0xBADBAD : device->inputs[channel];
         device->conversions_read = done;
-        device->registers[STATUS] = channel;
+        device->registers[STATUS] =
+            device->reported_channel == 0xFF ? channel : device->reported_channel;
         with_status = (device->registers[ADC_CONTROL] & 0x400) != 0;
     }
     for (int shift = 8 * (size_of(address) - 1); shift >= 0; shift -= 8)
@@ -170,7 +175,12 @@ static void exchange(void *context, uint8_t *bytes, uint8_t count)
 
 void fake_ad7124_connect(struct fake_ad7124 *device)
 {
-    *device = (struct fake_ad7124){.id = 0x14, .skip_channel = 0xFF};
+    *device = (struct fake_ad7124){
+        .id = 0x14,
+        .skip_channel = 0xFF,
+        .reported_channel = 0xFF,
+        .slowness = 1,
+    };
     reset(device);
     hal_host.adc = (struct hal_host_adc){device, exchange, ready, sync_pin};
 }

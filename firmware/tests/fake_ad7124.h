@@ -18,6 +18,7 @@ struct fake_ad7124 {
     bool running; // SYNC high
     uint64_t started;
     uint32_t conversions_read; // of this sequence: the number of the last one read
+    uint8_t last_channel;      // that was converted before the sequence began
 
     // Faults.
     bool absent;                  // the bus reads as ones
@@ -25,6 +26,8 @@ struct fake_ad7124 {
     uint32_t corrupt_reads;       // flip a bit in this many of the next reads …
     uint32_t corrupt_reads_after; // … after letting this many pass
     uint8_t skip_channel;         // leave this channel out of every sequence; 0xFF: none
+    uint8_t reported_channel;     // STATUS names this one, whatever was converted; 0xFF: the true one
+    double slowness;              // factor on the duration of a conversion
     // What happened.
     uint32_t writes_refused; // wrong CRC
     uint32_t writes_while_running;

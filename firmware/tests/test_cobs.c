@@ -73,6 +73,9 @@ static void malformed_codes_are_refused(void **state)
     uint8_t past_the_end[] = {5, 1, 2};
     length = sizeof past_the_end;
     assert_false(cobs_decode(past_the_end, &length));
+    uint8_t one_past_the_end[] = {4, 1, 2};
+    length = sizeof one_past_the_end;
+    assert_false(cobs_decode(one_past_the_end, &length));
     uint8_t zero_as_data[] = {3, 0, 2};
     length = sizeof zero_as_data;
     assert_false(cobs_decode(zero_as_data, &length));

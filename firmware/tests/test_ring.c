@@ -19,6 +19,24 @@ static void holds_255_bytes_and_no_more(void **state)
     assert_false(ring_get(&ring, &byte));
 }
 
+static void many_bytes_at_once_come_out_in_order(void **state)
+{
+    (void)state;
+    struct ring ring = {0};
+    uint8_t bytes[255], byte;
+    for (int i = 0; i < 255; i++)
+        bytes[i] = (uint8_t)(3 * i);
+    for (int round = 0; round < 10; round++) {
+        ring_put_all(&ring, bytes, 100);
+        ring_put_all(&ring, bytes + 100, 155);
+        assert_int_equal(ring_space(&ring), 0);
+        for (int i = 0; i < 255; i++) {
+            assert_true(ring_get(&ring, &byte));
+            assert_int_equal(byte, (uint8_t)(3 * i));
+        }
+    }
+}
+
 static void keeps_order_and_space_over_many_wraps(void **state)
 {
     (void)state;
@@ -41,6 +59,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(holds_255_bytes_and_no_more),
+        cmocka_unit_test(many_bytes_at_once_come_out_in_order),
         cmocka_unit_test(keeps_order_and_space_over_many_wraps),
     };
     return cmocka_run_group_tests_name("ring", tests, NULL, NULL);

@@ -20,10 +20,8 @@ _Static_assert(BOARD_RESET_CAUSE_POWER_ON == _BV(PORF) &&
 #define EEPROM_CALIBRATION_ID ((const uint32_t *)4)
 
 #define STACK_PAINT 0xA5
-// A painted stretch of this length counts as never used, though a frame may skip a few bytes.
+// A painted stretch of this length counts as never used: a frame may leave some bytes alone.
 #define STACK_WINDOW 64
-// A whole search would take longer than a conversion; the mark reaches its place in some calls.
-#define STACK_BYTES_A_CALL 128
 
 #define NOINIT __attribute__((section(".noinit")))
 
@@ -67,9 +65,8 @@ uint16_t hal_stack_low_water(void)
 {
     static uint8_t *lowest = (uint8_t *)RAMEND + 1;
     uint8_t *byte = lowest;
-    for (uint8_t i = 0; i < STACK_BYTES_A_CALL; i++) {
-        if (byte == &_end || lowest - byte == STACK_WINDOW)
-            break;
+    // One window a call, because a whole search would take longer than a conversion.
+    for (uint8_t i = 0; i < STACK_WINDOW && byte > &_end; i++) {
         if (*--byte != STACK_PAINT)
             lowest = byte;
     }

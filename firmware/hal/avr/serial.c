@@ -74,7 +74,6 @@ uint8_t hal_serial_tx_space(void)
 
 void hal_serial_write(const uint8_t *bytes, uint8_t count)
 {
-    for (uint8_t i = 0; i < count; i++)
-        ring_put(&to_send, bytes[i]);
+    ring_put_all(&to_send, bytes, count);
     UCSR0B |= _BV(UDRIE0);
 }

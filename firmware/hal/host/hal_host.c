@@ -9,6 +9,7 @@
 // How much time the firmware's own actions take in the model.
 #define TICKS_A_CLOCK_READING 2
 #define TICKS_AN_ADC_BYTE 6
+#define TICKS_A_SERIAL_BYTE 4
 
 struct hal_host hal_host;
 
@@ -88,8 +89,10 @@ void hal_sample_timer_stop(void)
 
 void hal_adc_exchange(uint8_t *bytes, uint8_t count)
 {
+    // The device sees the transaction at the end of its command byte.
+    hal_host_advance(TICKS_AN_ADC_BYTE);
     hal_host.adc.exchange(hal_host.adc.device, bytes, count);
-    hal_host_advance((uint64_t)count * TICKS_AN_ADC_BYTE);
+    hal_host_advance((count - 1u) * TICKS_AN_ADC_BYTE);
 }
 
 bool hal_adc_ready(void)
@@ -122,6 +125,7 @@ bool hal_serial_read(uint8_t *byte)
         return false;
     }
     *byte = hal_host.to_receive[hal_host.received_length++];
+    hal_host_advance(TICKS_A_SERIAL_BYTE);
     return true;
 }
 
@@ -146,6 +150,7 @@ void hal_serial_write(const uint8_t *bytes, uint8_t count)
     assert(hal_host.sent_length + count <= sizeof hal_host.sent);
     memcpy(hal_host.sent + hal_host.sent_length, bytes, count);
     hal_host.sent_length += count;
+    hal_host_advance(count * TICKS_A_SERIAL_BYTE);
 }
 
 uint16_t hal_crc16_ccitt(uint16_t crc, const uint8_t *bytes, uint8_t count)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The hardware of hal.h as a model for tests. Its time moves when the firmware looks at the clock or
-// uses the ADC's bus, or when the test says so; interrupts come at their times unless locked out.
+// moves bytes, or when the test says so; interrupts come at their times unless locked out.
 #ifndef HAL_HOST_H
 #define HAL_HOST_H
 
