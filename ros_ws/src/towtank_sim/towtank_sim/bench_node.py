@@ -19,6 +19,7 @@ from towtank_sim.bench import Bench, BenchError, TrueState
 from towtank_sim.bench_frame import BenchFrameError, BenchFrameLayout
 from towtank_sim.bench_socket import BenchSocket
 from towtank_sim.clock import monotonic_to_ros_offset
+from towtank_sim.cycles import Cycles, PolledSubscription
 from towtank_sim.matching import StampMatcher
 from towtank_sim.messages import stamp_ns
 from towtank_sim.plant import CYCLE_NS
@@ -36,8 +37,6 @@ _PARAMETERS = (
         choices=("rig", "none"),
     ),
 )
-# Topics in the order in which the plant publishes them.
-_JOINTS, _DEPRESSOR, _IMU, _FISH = range(4)
 _SILENCE_S = 1.0
 _SENDING = "sending frames"
 
@@ -57,7 +56,6 @@ class BenchNode(Node):
         self._layout = BenchFrameLayout()
         self._bench = Bench(rig, errors, self._layout.channels)
         self._socket = BenchSocket(parameters.socket)
-        self._matcher = StampMatcher(topics=4)
         self._ros_minus_monotonic = monotonic_to_ros_offset(
             lambda: self.get_clock().now().nanoseconds
         )
@@ -66,28 +64,32 @@ class BenchNode(Node):
         self._frames_at_last_look = 0
         self._silent = False
         self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
-        for topic, kind, name in (
-            (_JOINTS, JointState, "joint_states"),
-            (_DEPRESSOR, Odometry, "depressor/odometry"),
-            (_IMU, Imu, "fish/imu"),
-            (_FISH, Odometry, "fish/odometry"),
-        ):
-            self.create_subscription(kind, name, self._receiver(topic), SENSOR_QOS)
+        # In the order in which the plant publishes them.
+        self._inputs = [
+            PolledSubscription(self, kind, name, SENSOR_QOS)
+            for kind, name in (
+                (JointState, "joint_states"),
+                (Odometry, "depressor/odometry"),
+                (Imu, "fish/imu"),
+                (Odometry, "fish/odometry"),
+            )
+        ]
+        self._matcher = StampMatcher(topics=len(self._inputs))
+        self._cycles = Cycles(self, CYCLE_NS * 1e-9, self._poll)
         self._watch = self.create_timer(_SILENCE_S, self._look_for_silence)
 
     def close(self) -> None:
         """Give the socket back."""
         self._socket.close()
 
-    def _receiver(self, topic: int) -> Any:
-        def receive(message: Any) -> None:
-            stamp = stamp_ns(message.header)
-            messages = self._matcher.add(topic, stamp, message)
-            if messages is not None:
-                with self._diagnostics.cycle():
-                    self._send(stamp, *messages)
-
-        return receive
+    def _poll(self) -> None:
+        for topic, subscription in enumerate(self._inputs):
+            for message in subscription.take_all():
+                stamp = stamp_ns(message.header)
+                messages = self._matcher.add(topic, stamp, message)
+                if messages is not None:
+                    with self._diagnostics.cycle():
+                        self._send(stamp, *messages)
 
     def _send(
         self, stamp: int, joints: JointState, depressor: Odometry, imu: Imu, fish: Odometry

@@ -13,7 +13,6 @@ import time
 from typing import Any
 
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 from towtank_interfaces.msg import CableState
@@ -26,6 +25,7 @@ from towtank_rig import RigError, load_rig
 
 import sim_core as sc
 from towtank_sim.clock import monotonic_to_ros_offset
+from towtank_sim.cycles import Cycles
 from towtank_sim.drive import DriveError, drive_command
 from towtank_sim.messages import (
     CableStateWriter,
@@ -51,6 +51,7 @@ _PARAMETERS = (
     ),
 )
 _CYCLES_PER_CABLE_STATE = 5  # 20 Hz
+_TIME_TO_START_NS = 200_000_000  # from making the node to its plant's time 0
 _MOST_CYCLES_AT_ONCE = 10  # then services and diagnostics get their turn
 
 
@@ -77,18 +78,16 @@ class PlantNode(Node):
         self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
         self.create_service(SetDrive, "set_drive", self._set_drive)
         # Real time is the monotonic clock's: a plant cannot follow a simulated or a set clock.
-        self._start_ns = time.monotonic_ns()
+        self._start_ns = time.monotonic_ns() + _TIME_TO_START_NS
         self._stamp_of_start = self._start_ns + monotonic_to_ros_offset(
             lambda: self.get_clock().now().nanoseconds
         )
-        self._timer = self.create_timer(
-            CYCLE_NS * 1e-9, self._catch_up, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self._cycles = Cycles(self, CYCLE_NS * 1e-9, self._catch_up)
         self._diagnostics.ready()
 
     def _ahead_ns(self) -> int:
         """By how much the plant's state lies in the future."""
-        return self._plant.time_ns - (time.monotonic_ns() - self._start_ns)
+        return self._start_ns + self._plant.time_ns - time.monotonic_ns()
 
     def _catch_up(self) -> None:
         for _ in range(_MOST_CYCLES_AT_ONCE):

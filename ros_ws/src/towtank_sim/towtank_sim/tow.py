@@ -11,11 +11,9 @@ import sim_core as sc
 from towtank_sim.axes import Quaternion, Vector, cross, to_body
 from towtank_sim.model import LINES, build_model, segment_counts
 
-# Spectral radius at infinite frequency of the generalised-α scheme (Chung & Hulbert 1993). The
-# slack secondary line of a start snaps taut again and again; those blows no step resolves, and a
-# scheme that damps them little (0.8) lets them grow until the tow flies apart. Zero damps them at
-# once. A heave of 2 s, at steps of 5 ms, pays for it with 1e-4 in frequency and less in damping.
-_RHO_INFINITY = 0.0
+# Spectral radius at infinite frequency of the generalised-α scheme (Chung & Hulbert 1993): damps
+# the axial waves that a step does not resolve and leaves the heave alone.
+_RHO_INFINITY = 0.8
 
 
 class PointState(NamedTuple):
