@@ -21,7 +21,7 @@ from towtank_sim.offline import (
 from towtank_sim.smoother import HALF_WIDTH
 from towtank_sim.twin import Twin
 
-REST, STEADY = 1.0, 24.0
+REST, STEADY = 1.0, 40.0
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,8 @@ def test_twin_heaves_as_the_plant_does(history, twin, nit_calicut):
     ):
         measured = harmonic(twin.time, ours[:, 2], omega, end)
         true = harmonic(history.time, theirs[:, 2], omega, end)
-        assert abs(true) > 1e-3
+        # The fish's heave is about half a millimetre once the slow swing of the start is over.
+        assert abs(true) > 2e-4
         assert abs(measured / true) == pytest.approx(1.0, abs=0.01)
         assert abs(math.degrees(cmath.phase(measured / true))) < 2.0
 
