@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The result of a synthetic trial whose motions, losses and delays are known."""
+
+import json
+import math
+
+import pytest
+from synthetic_trial import (
+    CRANK_HZ,
+    LATENCY_NS,
+    LOG,
+    MEASURED,
+    RIG_FILE,
+    SIMULATED,
+    START_NS,
+    head,
+    to_time,
+    trial_samples,
+    write_trial,
+)
+from towtank_bag.layout import BagError
+from towtank_compare.compare import CompareError, compare_bag
+from towtank_compare.trial_result import trial_result
+from towtank_interfaces.msg import HeaveRatio
+from towtank_rig import load_rig
+
+
+@pytest.fixture(scope="module")
+def result(trial_bag):
+    return trial_result(trial_bag)
+
+
+def test_the_keys_are_those_that_readers_rely_on(result):
+    assert result["rig"] == "nit_calicut_2012"
+    assert result["duration_s"] == LOG[1] - LOG[0]
+    assert set(result["scans"]) == {"scheduled", "received", "lost", "bad"}
+    assert {"value", "u95", "phase_deg"} <= set(result["heave_ratio"]["measured"])
+    assert {"value", "phase_deg"} <= set(result["heave_ratio"]["twin"])
+    for body in ("fish", "depressor"):
+        assert {"measured", "u95", "twin"} <= set(result["amplitude_m"][body])
+    assert set(result["encoder"]) == {
+        "crank_expected",
+        "crank_counted",
+        "carriage_expected",
+        "carriage_counted",
+    }
+    assert {"median", "p999"} <= set(result["latency_ms"])
+    assert result["overruns"] == {"/twin/simulator": 1}
+    assert result["cpu_cores"] == 0.9
+    assert result["live"] is None
+    json.dumps(result, allow_nan=False)
+
+
+def test_heave_is_that_of_the_motion(result):
+    """The depressor's noise of 0.2 mm over 1600 samples leaves 7 µm (k = 1); four of that."""
+    for body, (amplitude, _) in MEASURED.items():
+        assert result["amplitude_m"][body]["measured"] == pytest.approx(amplitude, abs=3e-5)
+    ratio = result["heave_ratio"]["measured"]
+    lag = math.degrees(MEASURED["fish"][1] - MEASURED["depressor"][1])
+    assert ratio["value"] == pytest.approx(0.012 / 0.055, abs=4e-4)
+    assert ratio["phase_deg"] == pytest.approx(lag, abs=0.2)
+    assert 0 < ratio["u95"] < 0.05 * ratio["value"]
+
+
+def test_the_twins_heave_is_taken_at_the_pressure_port(result):
+    """Heave of a place x forward of mid-hull is z − x·sin(pitch): two phasors. sin differs from its
+    argument by a sixth of its square: 0.02²/6 = 7e-5 of 4 mm."""
+    x = load_rig(RIG_FILE).sensors.fish_pressure.position.x.value
+    half_length = load_rig(RIG_FILE).fish.length.value / 2
+    amplitude, phase = SIMULATED["fish"]
+
+    def at(place):
+        real = amplitude * math.cos(phase) - place * 0.02 * math.cos(1.0)
+        imaginary = amplitude * math.sin(phase) - place * 0.02 * math.sin(1.0)
+        return math.hypot(real, imaginary)
+
+    assert result["amplitude_m"]["fish"]["twin"] == pytest.approx(at(x), rel=1e-4)
+    assert result["amplitude_m"]["fish"]["plant"] == result["amplitude_m"]["fish"]["twin"]
+    along = result["fish_place"]["twin_amplitude_m"]
+    assert along["mid-hull"] == pytest.approx(at(0), rel=1e-4)
+    assert along["nose"] == pytest.approx(at(half_length), rel=1e-4)
+    assert result["fish_place"]["position_m"][0] == x
+
+
+def test_lost_and_bad_scans_are_counted(result):
+    """From 2.00 s to 18.00 s there are 1601 ticks, two of them lost and one scan bad."""
+    assert result["scans"] == {"scheduled": 1601, "received": 1599, "lost": 2, "bad": 1}
+
+
+def test_encoder_counts_are_those_of_the_plant(result):
+    """First scan at 0 s, last at 19.99 s: 4096 counts a turn at half a turn a second, 4096 counts
+    in half a metre at 1 m/s."""
+    crank, carriage = math.floor(4096 * 0.5 * 19.99), math.floor(4096 * 2 * 19.99)
+    assert result["encoder"]["crank_counted"] == crank
+    assert result["encoder"]["carriage_counted"] == carriage
+    assert result["encoder"]["crank_expected"] == crank
+    assert result["encoder"]["carriage_expected"] == carriage
+
+
+def test_latency_is_from_the_sampling_instant(result):
+    assert result["latency_ms"]["median"] == pytest.approx(LATENCY_NS * 1e-6)
+    assert result["latency_ms"]["p999"] == pytest.approx(LATENCY_NS * 1e-6)
+
+
+def test_assumptions_name_range_and_source(result):
+    assert any(row["quantity"] == "fish.axial_drag" for row in result["assumptions"])
+    assert all(row["source"] and len(row["range"]) == 2 for row in result["assumptions"])
+
+
+def live_ratio(source: str, end_s: float, value: float, valid: bool = True) -> HeaveRatio:
+    end = START_NS + int(end_s * 1e9)
+    return HeaveRatio(
+        header=head(end, "tank"),
+        source=source,
+        window_start=to_time(end - 5_000_000_000),
+        window_end=to_time(end),
+        valid=valid,
+        value=value,
+    )
+
+
+def test_live_holds_the_last_window_inside_the_log_that_both_sources_have(tmp_path):
+    ratios = [
+        live_ratio("measured", 16.0, 0.20),
+        live_ratio("twin", 16.0, 0.21),
+        live_ratio("measured", 17.003, 0.22),
+        live_ratio("twin", 17.003, 0.23),
+        live_ratio("measured", 17.5, 0.24),
+        live_ratio("twin", 17.5, 0.25, valid=False),
+        live_ratio("measured", 18.5, 0.26),  # ends after the log
+        live_ratio("twin", 18.5, 0.27),
+    ]
+    bag = write_trial(tmp_path / "bag", trial_samples(), ratios)
+    live = trial_result(bag)["live"]
+    assert (live["measured"], live["twin"]) == (0.22, 0.23)
+    assert [round(1000 * t) for t in live["window"]] == [
+        START_NS // 1_000_000 + 12_003,
+        START_NS // 1_000_000 + 17_003,
+    ]
+
+
+def test_the_whole_log_is_compared_by_default(trial_bag, result):
+    compared = compare_bag(trial_bag)
+    assert compared["heave_ratio"] == result["heave_ratio"]
+    assert compared["measured"] == result["heave_ratio"]["measured"]["value"]
+    assert [round(1000 * t) for t in compared["window"]] == [
+        START_NS // 1_000_000 + 2_000,
+        START_NS // 1_000_000 + 18_000,
+    ]
+
+
+def test_a_bag_without_a_log_asks_for_a_window(tmp_path):
+    samples = [s for s in trial_samples() if s.topic != "/trial/events"]
+    bag = write_trial(tmp_path / "bag", samples)
+    with pytest.raises(BagError, match=r"no log_start .* give a window"):
+        compare_bag(bag)
+    start = START_NS / 1e9
+    assert compare_bag(bag, (start + 2, start + 18))["measured"] == pytest.approx(0.218, rel=0.01)
+
+
+def test_a_trial_that_broke_off_is_compared_as_far_as_it_goes(tmp_path):
+    samples = [s for s in trial_samples() if s.stamp_ns < START_NS + 12_000_000_000]
+    result = trial_result(write_trial(tmp_path / "bag", samples))
+    assert result["duration_s"] == pytest.approx(9.99)
+    assert result["analysis"]["measured"]["crank_periods"] == 5
+    assert result["cpu_cores"] is None
+
+
+def test_a_real_tank_has_no_plant(tmp_path):
+    samples = [s for s in trial_samples() if not s.topic.startswith("/plant")]
+    result = trial_result(write_trial(tmp_path / "bag", samples))
+    assert "plant" not in result["heave_ratio"]
+    assert result["encoder"]["crank_expected"] is None
+    assert result["encoder"]["crank_counted"] == math.floor(4096 * CRANK_HZ * 19.99)
+
+
+def test_a_missing_twin_is_null_with_the_reason(tmp_path):
+    samples = [s for s in trial_samples() if not s.topic.startswith("/twin")]
+    result = trial_result(write_trial(tmp_path / "bag", samples))
+    assert result["heave_ratio"]["twin"]["value"] is None
+    assert result["reasons"]["twin"] == "not in the bag"
+    assert result["heave_ratio"]["measured"]["value"] is not None
+
+
+@pytest.mark.parametrize(
+    ("window", "message"),
+    [((1.0, 2.5), "crank periods in the window"), ((5.0, 4.0), "must end after it begins")],
+)
+def test_a_window_that_gives_nothing_is_refused_in_one_line(trial_bag, window, message):
+    start = START_NS / 1e9
+    with pytest.raises(CompareError, match=message) as caught:
+        compare_bag(trial_bag, [start + t for t in window])
+    assert "\n" not in str(caught.value)

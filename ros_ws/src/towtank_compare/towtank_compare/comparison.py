@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The comparison node: heave ratio of measurement and twin over the last seconds, at 2 Hz."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from towtank_bag.polling import PolledSubscription
+from towtank_interfaces.msg import Depth, HeaveRatio
+from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.main import run_node
+from towtank_node.parameters import Parameter, read_parameters
+from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_rig import RigError, load_rig
+
+from towtank_compare import topics
+from towtank_compare.heave import NS_PER_MS
+from towtank_compare.live import Evaluation, LiveHeave
+from towtank_compare.places import pressure_port
+
+POLL_PERIOD_S = 0.1
+"""Ten samples of each topic: a fifth of what their queues hold."""
+
+POLLS_PER_EVALUATION = 5
+
+PARAMETERS = (
+    Parameter("rig", str, "path of the rig file"),
+    Parameter(
+        "window_s",
+        float,
+        "length of the window that is evaluated, s",
+        default=10.0,
+        minimum=1.0,
+        maximum=600.0,
+    ),
+)
+
+
+class Comparison(Node):
+    """Shell around LiveHeave."""
+
+    def __init__(self) -> None:
+        super().__init__("comparison")
+        parameters = read_parameters(self, PARAMETERS)
+        rig = load_rig(parameters.rig)
+        self._place = pressure_port(rig)
+        self._live = LiveHeave(rig, parameters.window_s)
+        self._ratio_publishers = {
+            source: self.create_publisher(HeaveRatio, topics.heave_ratio(source), RELIABLE_QOS)
+            for source in ("measured", "twin")
+        }
+        self._inputs: list[tuple[PolledSubscription, Callable[[Any], None]]] = [
+            (self._subscribe(JointState, topics.CRANK), self._take_crank),
+            (
+                self._subscribe(Depth, topics.MEASURED_FISH),
+                lambda message: self._take_depth("fish", message),
+            ),
+            (
+                self._subscribe(Depth, topics.MEASURED_DEPRESSOR),
+                lambda message: self._take_depth("depressor", message),
+            ),
+            (
+                self._subscribe(Odometry, topics.fish_odometry("twin")),
+                lambda message: self._take_pose("fish", message),
+            ),
+            (
+                self._subscribe(Odometry, topics.depressor_odometry("twin")),
+                lambda message: self._take_pose("depressor", message),
+            ),
+        ]
+        self._polls = 0
+        self._diagnostics = NodeDiagnostics(self, POLL_PERIOD_S, self._counters)
+        self.create_timer(POLL_PERIOD_S, self._poll)
+        self._diagnostics.ready("comparing")
+
+    def _subscribe(self, message_type: Any, topic: str) -> PolledSubscription:
+        return PolledSubscription(self, message_type, topic, SENSOR_QOS)
+
+    def _poll(self) -> None:
+        with self._diagnostics.cycle():
+            for subscription, take in self._inputs:
+                for received in subscription.take():
+                    take(received.message)
+            self._polls += 1
+            if self._polls % POLLS_PER_EVALUATION == 0:
+                for evaluation in self._live.evaluate():
+                    self._ratio_publishers[evaluation.source].publish(self._message(evaluation))
+
+    def _take_crank(self, message: JointState) -> None:
+        if topics.CRANK_JOINT in message.name:
+            angle = message.position[message.name.index(topics.CRANK_JOINT)]
+            self._live.add_crank(_stamp_ns(message), angle)
+
+    def _take_depth(self, body: str, message: Depth) -> None:
+        self._live.add_depth(body, _stamp_ns(message), message.depth, message.valid)
+
+    def _take_pose(self, body: str, message: Odometry) -> None:
+        pose = message.pose.pose
+        turn = pose.orientation
+        quaternion = (turn.x, turn.y, turn.z, turn.w)
+        self._live.add_pose(body, _stamp_ns(message), pose.position.z, quaternion)
+
+    def _message(self, evaluation: Evaluation) -> HeaveRatio:
+        nothing = math.nan
+        message = HeaveRatio(
+            source=evaluation.source,
+            window_start=_time(evaluation.t0_ms),
+            window_end=_time(evaluation.t1_ms),
+            valid=evaluation.result is not None,
+            reason=evaluation.reason,
+            value=nothing,
+            u95=nothing,
+            phase=nothing,
+            fish_amplitude=nothing,
+            fish_amplitude_u95=nothing,
+            depressor_amplitude=nothing,
+            depressor_amplitude_u95=nothing,
+            crank_frequency=nothing,
+            fish_place=self._place.name,
+            fish_position=Point(**dict(zip("xyz", self._place.position, strict=True))),
+        )
+        message.header.stamp = message.window_end
+        message.header.frame_id = "tank"
+        result = evaluation.result
+        if result is not None:
+            message.value = result.ratio
+            message.phase = result.phase
+            message.fish_amplitude = result.fish.amplitude
+            message.depressor_amplitude = result.depressor.amplitude
+            message.crank_frequency = result.crank_frequency_hz
+            if result.u95 is not None:
+                message.u95 = result.u95
+                message.fish_amplitude_u95 = result.fish.uncertainty.u95
+                message.depressor_amplitude_u95 = result.depressor.uncertainty.u95
+        return message
+
+    def _counters(self) -> dict[str, Any]:
+        return {"lost_in_transport": sum(polled.lost for polled, _ in self._inputs)}
+
+
+def _stamp_ns(message: Any) -> int:
+    stamp = message.header.stamp
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def _time(milliseconds: int) -> Time:
+    seconds, rest = divmod(milliseconds, 1000)
+    return Time(sec=seconds, nanosec=rest * NS_PER_MS)
+
+
+def main() -> None:
+    """Run the node until it is told to end."""
+    sys.exit(run_node(Comparison, (RigError,)))
+
+
+if __name__ == "__main__":
+    main()

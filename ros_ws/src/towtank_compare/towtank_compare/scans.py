@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lost and bad scans of the board, and its encoder counts against the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+from towtank_bag.reader import Bag
+from towtank_rig import Rig
+from towtank_rig.conversion import carriage_encoder, crank_encoder
+
+from towtank_compare import topics
+from towtank_compare.heave import NS_PER_MS
+from towtank_compare.samples import joint_series
+
+SCANS = "/measured/adc_scan"
+PLANT_JOINTS = "/plant/joint_states"
+ALL_CHANNELS = 0b11_1111
+
+
+def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
+    """Scans of a window: scheduled by the board, received in the bag, lost, bad.
+
+    The board numbers the scans that it schedules, so the numbers of the first and the last scan
+    that came in tell how many were scheduled between them. A scan is bad when a channel has no
+    valid conversion, or the board raised a flag.
+    """
+    scans = bag.series(SCANS, ["sequence", "valid_mask", "flags"])
+    stamps = scans["stamp_ns"]
+    inside = (stamps >= t0_ms * NS_PER_MS) & (stamps <= t1_ms * NS_PER_MS)
+    sequence = np.unique(scans["sequence"][inside].astype(np.int64))
+    if not len(sequence):
+        return {"scheduled": 0, "received": 0, "lost": 0, "bad": 0}
+    bad = (scans["valid_mask"][inside] != ALL_CHANNELS) | (scans["flags"][inside] != 0)
+    scheduled = int(sequence[-1] - sequence[0] + 1)
+    return {
+        "scheduled": scheduled,
+        "received": len(sequence),
+        "lost": scheduled - len(sequence),
+        "bad": int(np.count_nonzero(bad)),
+    }
+
+
+def encoder_count(bag: Bag, rig: Rig) -> dict[str, int | None]:
+    """Counts of both encoders between the first and the last scan of the bag, as the board counted
+    them and as the plant's true angles give them (null without a plant).
+
+    An encoder has counted the last edge that it passed, so the truth is the difference of the
+    rounded-down counts. A whole trial begins and ends at rest, where the comparison is exact; in
+    one that broke off, an edge near the last scan may make a difference of one.
+    """
+    scans = bag.series(SCANS, ["crank_count", "carriage_count"])
+    order = np.argsort(scans["stamp_ns"], kind="stable")
+    entry: dict[str, int | None] = {}
+    for joint, encoder in (
+        (topics.CRANK_JOINT, crank_encoder(rig)),
+        (topics.CARRIAGE_JOINT, carriage_encoder(rig)),
+    ):
+        expected, counted = None, None
+        if len(order):
+            ends = order[[0, -1]]
+            start, end = scans[f"{joint}_count"][ends].tolist()
+            counted = end - start
+            truth = joint_series(bag, PLANT_JOINTS, joint)
+            if len(truth):
+                origin_ns = int(truth.stamp_ns[0])
+                true_ends = np.interp(
+                    (scans["stamp_ns"][ends] - origin_ns) * 1e-9,
+                    truth.seconds_since(origin_ns),
+                    truth.values,
+                )
+                start, end = encoder.counts(true_ends).tolist()
+                expected = end - start
+        entry[f"{joint}_expected"], entry[f"{joint}_counted"] = expected, counted
+    return entry
