@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/signalfd.h>
 #include <time.h>
 #include <unistd.h>
@@ -23,6 +24,7 @@
 enum {
     QUANTUM_NS = 250000,         // emulated at a stretch, then I/O
     START_DELAY_NS = 20000000,   // for loading and opening, so that the board does not begin behind time
+    PRIORITY = -10,              // a real board is never short of processor time
 };
 
 typedef struct arguments {
@@ -317,6 +319,7 @@ int main(int argc, char **argv)
     arguments parsed = parse_arguments(argc, argv);
     char error[512];
     real_time self = {.signals = block_signals()};
+    setpriority(PRIO_PROCESS, 0, PRIORITY);  // if the user may; it runs without, too
     prctl(PR_SET_TIMERSLACK, 1000);  // wake within 1 µs of the deadline, not 50
 
     parsed.options.start_ns = monotonic_ns() + START_DELAY_NS;

@@ -16,13 +16,13 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from towtank_interfaces.msg import HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetDrive
+from towtank_node.executor import StreamExecutor
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 
 from towtank_bringup.graph import Graph, RosNode
@@ -56,7 +56,7 @@ class Conductor(Node):
         self._statuses: dict[str, DiagnosticStatus] = {}
         self._joints: dict[str, tuple[float, float]] = {}
         self.ratios: dict[str, HeaveRatio] = {}
-        self._executor = SingleThreadedExecutor(context=context)
+        self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
         self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS)

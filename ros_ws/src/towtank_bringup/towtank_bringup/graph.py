@@ -154,6 +154,7 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
                 str(tank.carriage_cpr),
                 "--seed",
                 str(tank.seed),
+                *(("--noise", "0") if tank.noise == "none" else ()),
             ),
             "ready",
         ),

@@ -29,14 +29,16 @@ class PlanError(ValueError):
 class Course:
     """What the carriage and the crank do. Times in s, speeds in m/s and rad/s.
 
-    settle_time: steady running before the log starts, to let the ramp's motion die down.
+    settle_time: steady running before the log starts. The fish comes up from where it hung at rest
+    and swings slowly about its depth under way, with a period of 10 to 20 s; this lets the largest
+    of it die down, the drift removal of the analysis takes the rest.
     """
 
     duration: float
     carriage_speed: float
     crank_rate: float
     ramp_time: float
-    settle_time: float = 5.0
+    settle_time: float = 15.0
 
     @classmethod
     def from_rig(cls, rig: Rig, duration: float) -> Course:

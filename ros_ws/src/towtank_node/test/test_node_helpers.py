@@ -16,7 +16,10 @@ from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
+from std_msgs.msg import UInt32
+from std_srvs.srv import Trigger
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.executor import StreamExecutor
 from towtank_node.parameters import Parameter, ParameterError, read_parameters
 from towtank_node.qos import RELIABLE_QOS
 
@@ -131,3 +134,49 @@ def test_main_loop_closes_the_node_on_a_signal(number):
     output, errors = process.communicate(timeout=60)
     assert process.returncode == 0, errors
     assert output.strip().endswith("closed")
+
+
+def test_stream_executor_serves_messages_timers_and_services(context):
+    """All that an executor serves, in one thread, with messages in the order of sending."""
+    node = node_with(context)
+    executor = StreamExecutor(context=context)
+    executor.add_node(node)
+    received, ticks = [], []
+    node.create_subscription(UInt32, "count", lambda m: received.append(m.data), RELIABLE_QOS)
+    publisher = node.create_publisher(UInt32, "count", RELIABLE_QOS)
+    node.create_timer(0.01, lambda: ticks.append(1))
+    node.create_service(Trigger, "ask", lambda _, answer: answer)
+    client = node.create_client(Trigger, "ask")
+    for _ in range(200):
+        executor.spin_once()
+        if publisher.get_subscription_count() and client.service_is_ready():
+            break
+    future = client.call_async(Trigger.Request())
+    for number in range(20):
+        publisher.publish(UInt32(data=number))
+    for _ in range(500):
+        executor.spin_once()
+        if future.done() and len(received) == 20 and len(ticks) >= 3:
+            break
+    assert received == list(range(20))
+    assert future.done()
+    assert len(ticks) >= 3
+    node.destroy_node()
+
+
+def test_stream_executor_passes_errors_of_callbacks_on(context):
+    node = node_with(context)
+    executor = StreamExecutor(context=context)
+    executor.add_node(node)
+
+    def fail(_):
+        raise ZeroDivisionError
+
+    node.create_subscription(UInt32, "count", fail, RELIABLE_QOS)
+    publisher = node.create_publisher(UInt32, "count", RELIABLE_QOS)
+    with pytest.raises(ZeroDivisionError):
+        for _ in range(500):
+            if publisher.get_subscription_count():
+                publisher.publish(UInt32())
+            executor.spin_once()
+    node.destroy_node()
