@@ -21,8 +21,16 @@ from towtank_sim.bench_socket import BenchSocket
 from towtank_sim.clock import monotonic_to_ros_offset
 from towtank_sim.cycles import Cycles, PolledSubscription
 from towtank_sim.matching import StampMatcher
-from towtank_sim.messages import stamp_ns
 from towtank_sim.plant import CYCLE_NS
+from towtank_sim.serialised import (
+    ImuFields,
+    JointFields,
+    OdometryFields,
+    SerialisedError,
+    read_imu,
+    read_joints,
+    read_odometry,
+)
 from towtank_sim.simulator_parameters import RIG
 
 _PARAMETERS = (
@@ -66,12 +74,12 @@ class BenchNode(Node):
         self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
         # In the order in which the plant publishes them.
         self._inputs = [
-            PolledSubscription(self, kind, name, SENSOR_QOS)
-            for kind, name in (
-                (JointState, "joint_states"),
-                (Odometry, "depressor/odometry"),
-                (Imu, "fish/imu"),
-                (Odometry, "fish/odometry"),
+            (PolledSubscription(self, kind, name, SENSOR_QOS, raw=True), read)
+            for kind, name, read in (
+                (JointState, "joint_states", read_joints),
+                (Odometry, "depressor/odometry", read_odometry),
+                (Imu, "fish/imu", read_imu),
+                (Odometry, "fish/odometry", read_odometry),
             )
         ]
         self._matcher = StampMatcher(topics=len(self._inputs))
@@ -83,17 +91,18 @@ class BenchNode(Node):
         self._socket.close()
 
     def _poll(self) -> None:
-        for topic, subscription in enumerate(self._inputs):
-            for message in subscription.take_all():
-                stamp = stamp_ns(message.header)
-                messages = self._matcher.add(topic, stamp, message)
-                if messages is not None:
+        for topic, (subscription, read) in enumerate(self._inputs):
+            for data in subscription.take_all():
+                fields = read(data)
+                complete = self._matcher.add(topic, fields.stamp, fields)
+                if complete is not None:
                     with self._diagnostics.cycle():
-                        self._send(stamp, *messages)
+                        self._send(*complete)
 
     def _send(
-        self, stamp: int, joints: JointState, depressor: Odometry, imu: Imu, fish: Odometry
+        self, joints: JointFields, depressor: OdometryFields, imu: ImuFields, fish: OdometryFields
     ) -> None:
+        stamp = joints.stamp
         if self._first_stamp is None:
             self._first_stamp = stamp
         state = _true_state((stamp - self._first_stamp) * 1e-9, joints, depressor, imu, fish)
@@ -128,28 +137,26 @@ class BenchNode(Node):
 
 
 def _true_state(
-    time_s: float, joints: JointState, depressor: Odometry, imu: Imu, fish: Odometry
+    time_s: float,
+    joints: JointFields,
+    depressor: OdometryFields,
+    imu: ImuFields,
+    fish: OdometryFields,
 ) -> TrueState:
-    crank_angle, carriage_position = joints.position
-    attitude = fish.pose.pose.orientation
     return TrueState(
         time=time_s,
-        crank_angle=crank_angle,
-        carriage_position=carriage_position,
-        fish_position=_tuple(fish.pose.pose.position),
-        fish_quaternion=(attitude.w, attitude.x, attitude.y, attitude.z),
-        fish_velocity=_tuple(fish.twist.twist.linear),
-        fish_angular_velocity=_tuple(fish.twist.twist.angular),
-        specific_force=_tuple(imu.linear_acceleration),
-        depressor_position=_tuple(depressor.pose.pose.position),
-        depressor_velocity=_tuple(depressor.twist.twist.linear),
+        crank_angle=joints.position["crank"],
+        carriage_position=joints.position["carriage"],
+        fish_position=fish.position,
+        fish_quaternion=fish.quaternion,
+        fish_velocity=fish.linear,
+        fish_angular_velocity=fish.angular,
+        specific_force=imu.linear_acceleration,
+        depressor_position=depressor.position,
+        depressor_velocity=depressor.linear,
     )
-
-
-def _tuple(vector: Any) -> tuple[float, float, float]:
-    return (vector.x, vector.y, vector.z)
 
 
 def main() -> int:
     """Run the node until it is stopped."""
-    return run_node(BenchNode, (RigError, BenchError, BenchFrameError))
+    return run_node(BenchNode, (RigError, BenchError, BenchFrameError, SerialisedError))

@@ -54,11 +54,16 @@ class _NeverExecuted(CallbackGroup):
 
 
 class PolledSubscription:
-    """A subscription whose messages wait in its queue until they are asked for."""
+    """A subscription whose messages wait in its queue until they are asked for.
 
-    def __init__(self, node: Node, kind: type, topic: str, qos: QoSProfile) -> None:
+    raw: messages come as the serialised bytes.
+    """
+
+    def __init__(
+        self, node: Node, kind: type, topic: str, qos: QoSProfile, *, raw: bool = False
+    ) -> None:
         self._subscription = node.create_subscription(
-            kind, topic, _ignore, qos, callback_group=_NeverExecuted()
+            kind, topic, _ignore, qos, callback_group=_NeverExecuted(), raw=raw
         )
 
     def take_all(self) -> Iterator[Any]:
@@ -66,7 +71,7 @@ class PolledSubscription:
         subscription = self._subscription
         with subscription.handle:
             while (
-                taken := subscription.handle.take_message(subscription.msg_type, False)
+                taken := subscription.handle.take_message(subscription.msg_type, subscription.raw)
             ) is not None:
                 yield taken[0]
 
