@@ -15,10 +15,14 @@ from pathlib import Path
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from lifecycle_msgs.msg import State
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from towtank_daq.adc_board_node import AdcBoardNode
+from towtank_daq.board import AdcBoard
+from towtank_daq.framing import FrameReader, encode_frame
+from towtank_daq.serial_port import SerialPort
 from towtank_interfaces.msg import AdcScan
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 
@@ -111,11 +115,11 @@ def test_through_all_states(graph, virtual_board, tmp_path):
     details = made.node._details()
     assert made.node.trigger_cleanup() == SUCCESS
 
-    sequence = [scan.sequence for scan in made.scans]
-    assert sequence == list(range(sequence[0], sequence[0] + len(sequence)))
-    assert {b.board_ticks - a.board_ticks for a, b in itertools.pairwise(made.scans)} == {20_000}
+    # on a busy computer this listener may miss scans, which the node must not
+    for a, b in itertools.pairwise(made.scans):
+        assert b.board_ticks - a.board_ticks == 20_000 * (b.sequence - a.sequence) > 0
     assert (details["scans_lost"], details["scans_bad"]) == (0, 0)
-    assert details["scans_received"] > sequence[-1]
+    assert details["scans_received"] > made.scans[-1].sequence
     # stamps are in ROS time: the last one lies in the run that has just ended
     now = made.listener.get_clock().now().nanoseconds
     last = made.scans[-1].header.stamp
@@ -132,11 +136,11 @@ def test_start_again_after_a_stop(graph, virtual_board, tmp_path):
         assert made.node.trigger_activate() == SUCCESS
         made.spin_until(lambda scans=scans: len(made.scans) >= scans)
         assert made.node.trigger_deactivate() == SUCCESS
-    steps = [b.board_ticks - a.board_ticks for a, b in itertools.pairwise(made.scans)]
-    restarts = [k for k, step in enumerate(steps) if step != 10_000]
-    assert len(restarts) == 1
-    # the listener is found during the first run and is there for the whole of the second
-    assert made.scans[restarts[0] + 1].sequence == 0
+    pairs = list(itertools.pairwise(made.scans))
+    assert sum(b.sequence <= a.sequence for a, b in pairs) == 1
+    for a, b in pairs:
+        if b.sequence > a.sequence:
+            assert b.board_ticks - a.board_ticks == 10_000 * (b.sequence - a.sequence)
     assert made.node.trigger_cleanup() == SUCCESS
     assert made.node.trigger_configure() == SUCCESS
 
@@ -231,8 +235,6 @@ def test_port_where_nobody_answers(graph):
 @pytest.mark.timeout(60)
 def test_board_of_another_schema(graph, protocol):
     """Somebody on the line who answers `identify` with a hash that is not ours."""
-    from towtank_daq.framing import FrameReader, encode_frame
-
     here, there = pty.openpty()
     os.set_blocking(here, False)
     finished = threading.Event()
@@ -260,6 +262,53 @@ def test_board_of_another_schema(graph, protocol):
 
 
 # -- as processes
+
+
+@pytest.mark.timeout(60)
+def test_interrupt_in_the_run_leaves_an_idle_board(virtual_board, tmp_path, protocol):
+    """SIGINT at any moment: no traceback, status 0, and the port is free and the board idle."""
+    port = tmp_path / "board"
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "from towtank_daq.adc_board_node import main; main()",
+            *("--ros-args", "-r", "__node:=board", "-p", f"rig:={RIG}", "-p", f"port:={port}"),
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    rclpy.init()
+    listener = rclpy.create_node("listener")
+    try:
+        scans = []
+        listener.create_subscription(AdcScan, "adc_scan", scans.append, SENSOR_QOS)
+        # a name of its own: nodes of other tests in this process may still be there
+        client = listener.create_client(ChangeState, "/board/change_state")
+        assert client.wait_for_service(30.0)
+        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+            request = ChangeState.Request(transition=Transition(id=transition))
+            future = client.call_async(request)
+            rclpy.spin_until_future_complete(listener, future)
+            assert future.result().success
+        while not scans:
+            rclpy.spin_once(listener, timeout_sec=0.1)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate()
+    finally:
+        process.kill()
+        listener.destroy_node()
+        rclpy.try_shutdown()
+    assert process.returncode == 0
+    assert "Traceback" not in errors
+    left = SerialPort(str(port), protocol.board.wire.baud)
+    driver = AdcBoard(left, protocol, lambda scan: None, print)
+    driver.connect()
+    while driver.health is None:
+        driver.poll(0.2)
+    left.close()
+    assert driver.health.state == protocol.board.board_state["idle"]
+    assert driver.statistics.scans_received == 0
 
 
 def run(node: str, *parameters: str) -> subprocess.CompletedProcess:

@@ -33,6 +33,7 @@ from towtank_daq.description import (
     load_description,
 )
 from towtank_daq.protocol import Protocol, ProtocolError
+from towtank_daq.scan_node import set_stamp, unless_shutting_down
 from towtank_daq.serial_port import SerialPort
 
 _POLL_S = 0.2  # how soon the serial thread sees that it shall end
@@ -168,8 +169,7 @@ class AdcBoardNode(LifecycleNode):
     def _publish(self, scan: Scan) -> None:
         with self._diagnostics.cycle():
             message = self._message
-            stamp = message.header.stamp
-            stamp.sec, stamp.nanosec = divmod(scan.stamp_ns + self._ros_offset_ns, 1_000_000_000)
+            set_stamp(message.header.stamp, scan.stamp_ns + self._ros_offset_ns)
             message.sequence = scan.sequence
             message.board_ticks = scan.ticks
             message.valid_mask = scan.valid_mask
@@ -177,7 +177,8 @@ class AdcBoardNode(LifecycleNode):
             message.codes[:] = scan.codes
             message.crank_count = scan.crank
             message.carriage_count = scan.carriage
-            self._scans.publish(message)
+            with unless_shutting_down(self):
+                self._scans.publish(message)
             self._latencies_s.append((time.monotonic_ns() - scan.stamp_ns) * 1e-9)
 
     # -- the rest
