@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -28,12 +29,14 @@ struct NewtonWorkspace {
     std::vector<Vec3> next;
 };
 
-/// The residual that can be reached in double precision: positions carry a relative rounding of 1e-16, which the
-/// stiffest segment turns into a force.
+/// The residual to reach, N. Positions carry a relative rounding of 1e-16, which the stiffest segment turns into a
+/// force: no more can be asked for. Where that comes to over a thousandth of the weight, there is no solution worth the
+/// name, and the iteration is left to fail.
 inline double newton_tolerance(const Model& model, const State& state, const NewtonSettings& settings) {
     double reach = 1.0;
     for (const Vec3& p : state.position) reach = std::max(reach, p.squaredNorm());
-    return settings.tolerance * model.force_scale + 8e-16 * model.stiffest_segment * std::sqrt(reach);
+    const double rounding = 8e-16 * model.stiffest_segment * std::sqrt(reach);
+    return settings.tolerance * model.force_scale + std::min(rounding, 1e-3 * model.force_scale);
 }
 
 /// Solves F = 0 from the given state on, with the analytic Jacobian and a damped Newton iteration.

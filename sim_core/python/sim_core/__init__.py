@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulation of towed cable systems: lumped-mass lines, depressors and tow-fish.
 
-Frames: tank axes x forward along the run, z up, z = 0 at the still water surface; body axes x forward,
+Frames: tank axes x forward along the run, z up, z = 0 at still water; body axes x forward,
 y to port, z up, origin at mid-hull. SI units throughout, angles in rad.
 
     builder = ModelBuilder(water=Water())
     builder.add_prescribed_point("tow_point")
     ...
     model = builder.build()
-    result = run(model, Sinusoid(mean=(0, 0, -2), velocity=(1, 0, 0), amplitude=0.1, period=2), t_end=60)
+    motion = Sinusoid(mean=(0, 0, -2), velocity=(1, 0, 0), amplitude=0.1, period=2)
+    result = run(model, motion, t_end=60)
 """
 
 from sim_core._core import (

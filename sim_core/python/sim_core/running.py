@@ -30,8 +30,9 @@ def run(
 ) -> Result:
     """Simulate until ``t_end`` (s) and record every ``output_step`` (s).
 
-    ``motion`` is the law of the prescribed point, or a mapping with one law for each. Without a ``state``
-    the run starts at time 0 from the steady tow at the laws' position and horizontal velocity there.
+    ``motion`` is the law of the prescribed point, or a mapping with one law for each. Without a
+    ``state`` the run starts at time 0 from the steady tow at the laws' position and horizontal
+    velocity there.
     Raises ConvergenceError (place and time) and InvalidInput.
     """
     if state is None:

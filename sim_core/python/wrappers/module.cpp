@@ -9,6 +9,8 @@ NB_MODULE(_core, module) {
         "A description or an argument that no simulation can be made of; the message says what and where.";
     nb::exception<sim_core::ConvergenceError>(module, "ConvergenceError", PyExc_RuntimeError).doc() =
         "The equations could not be solved; the message names the place and the time.";
+    // Objects that a Python module still holds when the interpreter ends are no leaks of ours.
+    nb::set_leak_warnings(false);
     sim_core::python::bind_model(module);
     sim_core::python::bind_motion(module);
     sim_core::python::bind_simulation(module);

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The analytic Jacobian against central differences on random states."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import sim_core as sc
+from sim_core import _core
+
+
+def random_state(model, height, seed, stretch):
+    rng = np.random.default_rng(seed)
+    state = sc.steady_tow(model, position=(0, 0, height), velocity=(0.5, 0, 0))
+    n = model.unknowns
+    state = _core._displaced(state, stretch * rng.normal(size=n), (1, 0, 0))
+    state = _core._displaced(state, 0.5 * rng.normal(size=n), (0, 1, 0))
+    return _core._displaced(state, 2.0 * rng.normal(size=n), (0, 0, 1))
+
+
+def central_differences(state, rates):
+    n = state.model.unknowns
+    columns = []
+    # h balances truncation h² and rounding 1e-16/h of the largest forces
+    for h in np.full(n, 1e-6):
+        step = np.zeros(n)
+        step[len(columns)] = h
+        up = _core._residual(_core._displaced(state, step, rates))
+        down = _core._residual(_core._displaced(state, -step, rates))
+        columns.append((up - down) / (2 * h))
+    return np.column_stack(columns)
+
+
+@pytest.fixture(scope="module")
+def soft_model():
+    """All terms in one system of soft lines, so that rounding of large axial forces hides
+    nothing: current, damping, immersion, fins, Munk moment, added mass, a bridle (closed loop)."""
+    b = sc.ModelBuilder(sc.Water(current=(0.2, -0.1, 0.05)))
+    b.add_prescribed_point("top")
+    b.add_free_point("junction", mass=0.2)
+    b.add_free_point("depressor", mass=2.0, volume=0.5e-3, drag_area=0.005, added_mass=0.3)
+    fins = [
+        sc.Fin(position=(-0.4, 0.1, 0.02), normal=n, area=0.01, lift_slope=3.0, stall_angle=0.3)
+        for n in ((0, 0, 1), (0.1, 1, 0.3))
+    ]
+    fish = sc.Body(
+        mass=5.0,
+        inertia=(0.2, 0.6, 0.7),
+        centre_of_gravity=(0.02, -0.01, -0.03),
+        volume=5e-3,
+        diameter=0.1,
+        length=1.0,
+        added_mass=(0.5, 4, 5, 0.01, 0.3, 0.4),
+        axial_drag=0.5,
+        cross_flow_drag=1.1,
+        munk_moment=0.7,
+        fins=fins,
+        strips=5,
+    )
+    b.add_body("fish", fish)
+    line = sc.LineProperties(
+        length=0.6,
+        diameter=0.02,
+        mass_per_length=0.5,
+        axial_stiffness=100.0,
+        axial_damping=3.0,
+        tangential_drag=0.1,
+        displaced_area=4e-4,
+        slack_tension=3.0,
+    )
+    b.add_line("primary", "top", "junction", line, segments=3)
+    b.add_line("depressor_cable", "junction", "depressor", line, segments=1)
+    b.add_line("leg", "junction", "fish", line, segments=2, attachment=(0.5, 0.02, 0.05))
+    b.add_line("other_leg", "fish", "junction", line, segments=2, start_attachment=(-0.3, 0, 0.05))
+    return b.build()
+
+
+@settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    height=st.floats(-0.5, 1.5),
+    seed=st.integers(0, 2**32 - 1),
+    stretch=st.sampled_from([0.003, 0.03, 0.1]),
+    rates=st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 300.0, 1e5)]),
+)
+def test_matches_differences_with_all_terms(soft_model, height, seed, stretch, rates):
+    state = random_state(soft_model, height, seed, stretch)
+    analytic = _core._jacobian(state, rates)
+    numeric = central_differences(state, rates)
+    # Slopes of |u|u, the slack rounding and the waterline jump in their second derivative:
+    # a difference quotient over such a point is off by h times that, about 1e-6 × 1e3.
+    scale = max(rates[0] * 1e3, rates[1] * 10, rates[2] * 10)
+    assert np.abs(analytic - numeric).max() < 2e-6 * scale
+
+
+def test_matches_differences_on_stiff_wire(nit_model):
+    state = random_state(nit_model(segments=(3, 2, 3)), 0.2, 5, 0.02)
+    for rates in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
+        analytic = _core._jacobian(state, rates)
+        numeric = central_differences(state, rates)
+        assert np.abs(analytic - numeric).max() < 1e-8 * max(np.abs(analytic).max(), 1e4)
