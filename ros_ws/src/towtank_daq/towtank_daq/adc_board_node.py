@@ -33,7 +33,7 @@ from towtank_daq.description import (
     load_description,
 )
 from towtank_daq.protocol import Protocol, ProtocolError
-from towtank_daq.scan_node import set_stamp, unless_shutting_down
+from towtank_daq.scan_node import set_stamp
 from towtank_daq.serial_port import SerialPort
 
 _POLL_S = 0.2  # how soon the serial thread sees that it shall end
@@ -177,8 +177,7 @@ class AdcBoardNode(LifecycleNode):
             message.codes[:] = scan.codes
             message.crank_count = scan.crank
             message.carriage_count = scan.carriage
-            with unless_shutting_down(self):
-                self._scans.publish(message)
+            self._scans.publish(message)
             self._latencies_s.append((time.monotonic_ns() - scan.stamp_ns) * 1e-9)
 
     # -- the rest

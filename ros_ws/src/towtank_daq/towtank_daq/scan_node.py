@@ -4,11 +4,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 from builtin_interfaces.msg import Time
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
@@ -17,8 +15,6 @@ from towtank_node.qos import SENSOR_QOS
 from towtank_rig import load_rig
 
 from towtank_daq.description import installed_description, load_description
-
-RCLError = rclpy_implementation.RCLError
 
 _SECOND_NS = 1_000_000_000
 
@@ -51,22 +47,11 @@ class ScanNode(Node, ABC):
         """Work on one scan."""
 
     def _on_scan(self, scan: AdcScan) -> None:
-        with self.diagnostics.cycle(), unless_shutting_down(self):
+        with self.diagnostics.cycle():
             if self._last_sequence is not None and scan.sequence > self._last_sequence:
                 self._missed += scan.sequence - self._last_sequence - 1
             self._last_sequence = scan.sequence
             self.take(scan)
-
-
-@contextmanager
-def unless_shutting_down(node: Node) -> Iterator[None]:
-    """Around publishing: a signal may end the ROS context at any moment, and then nobody is left
-    to hear; that is no error of the node."""
-    try:
-        yield
-    except RCLError:
-        if node.context.ok():
-            raise
 
 
 def stamp_ns(stamp: Time) -> int:
