@@ -9,7 +9,7 @@
 #define READ 0x40u // bit of the communications byte
 
 #define RESET_BYTES 8u // 64 ones
-#define RESET_WAIT_MS 4u
+#define RESET_WAIT_MS 5u
 #define ID_FAMILY 0x10u // upper half of ID; the lower half differs between revisions
 
 // ADC_CONTROL: status behind every conversion, DOUT held until CS rises (the AVR samples the last

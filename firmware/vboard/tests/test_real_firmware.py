@@ -138,7 +138,7 @@ def test_noise_has_the_nominal_sigma(board_elf):
         codes = np.array([s.codes for s in host.frames.scans() if s.valid_mask == ALL_CHANNELS])
     # board.yaml's noise at the ADC's input, in codes.
     reference = VOLTS[5] / 4
-    sigma = [20e-6 * 2**23 / reference] * 2 + [160e-6 * 2**24 / 2.5] * 3 + [25e-6 * 2**24 / 2.5]
+    sigma = [20e-6 * 2**23 / reference] * 2 + [20e-6 * 2**24 / 2.5] * 3 + [25e-6 * 2**24 / 2.5]
     standard_error = 1 / math.sqrt(2 * len(codes))
     assert len(codes) > 700
     assert np.abs(codes.std(axis=0) / sigma - 1).max() < 4 * standard_error
