@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 from nav_msgs.msg import Odometry
@@ -19,7 +20,6 @@ from towtank_sim.bench import Bench, BenchError, TrueState
 from towtank_sim.bench_frame import BenchFrameError, BenchFrameLayout
 from towtank_sim.bench_socket import BenchSocket
 from towtank_sim.clock import monotonic_to_ros_offset
-from towtank_sim.cycles import Cycles, PolledSubscription
 from towtank_sim.matching import StampMatcher
 from towtank_sim.plant import CYCLE_NS
 from towtank_sim.serialised import (
@@ -72,32 +72,32 @@ class BenchNode(Node):
         self._frames_at_last_look = 0
         self._silent = False
         self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
-        # In the order in which the plant publishes them.
-        self._inputs = [
-            (PolledSubscription(self, kind, name, SENSOR_QOS, raw=True), read)
-            for kind, name, read in (
-                (JointState, "joint_states", read_joints),
-                (Odometry, "depressor/odometry", read_odometry),
-                (Imu, "fish/imu", read_imu),
-                (Odometry, "fish/odometry", read_odometry),
-            )
-        ]
-        self._matcher = StampMatcher(topics=len(self._inputs))
-        self._cycles = Cycles(self, CYCLE_NS * 1e-9, self._poll)
+        inputs = (
+            (JointState, "joint_states", read_joints),
+            (Odometry, "depressor/odometry", read_odometry),
+            (Imu, "fish/imu", read_imu),
+            (Odometry, "fish/odometry", read_odometry),
+        )
+        self._matcher = StampMatcher(topics=len(inputs))
+        for topic, (kind, name, read) in enumerate(inputs):
+            self.create_subscription(kind, name, self._receiver(topic, read), SENSOR_QOS, raw=True)
         self._watch = self.create_timer(_SILENCE_S, self._look_for_silence)
 
     def close(self) -> None:
         """Give the socket back."""
         self._socket.close()
 
-    def _poll(self) -> None:
-        for topic, (subscription, read) in enumerate(self._inputs):
-            for data in subscription.take_all():
-                fields = read(data)
-                complete = self._matcher.add(topic, fields.stamp, fields)
-                if complete is not None:
-                    with self._diagnostics.cycle():
-                        self._send(*complete)
+    def _receiver(self, topic: int, read: Callable[[bytes], Any]) -> Callable[[bytes], None]:
+        """The callback of one topic, number `topic` in the order of _send's arguments."""
+
+        def receive(data: bytes) -> None:
+            fields = read(data)
+            complete = self._matcher.add(topic, fields.stamp, fields)
+            if complete is not None:
+                with self._diagnostics.cycle():
+                    self._send(*complete)
+
+        return receive
 
     def _send(
         self, joints: JointFields, depressor: OdometryFields, imu: ImuFields, fish: OdometryFields

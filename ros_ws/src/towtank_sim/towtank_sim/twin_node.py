@@ -20,13 +20,11 @@ from towtank_node.qos import SENSOR_QOS
 from towtank_rig import Rig, RigError, load_rig
 
 import sim_core as sc
-from towtank_sim.cycles import Cycles, PolledSubscription
 from towtank_sim.messages import CableStateWriter, OdometryWriter, stamp_ns
 from towtank_sim.model import ModelError
 from towtank_sim.simulator_parameters import RIG, SEGMENTS, STEP
 from towtank_sim.twin import Twin
 
-_POLL_PERIOD_S = 0.01
 _CABLE_STATE_PERIOD_NS = 50_000_000  # 20 Hz
 
 
@@ -54,13 +52,8 @@ class TwinNode(Node):
         self._publish_cables = self.create_publisher(CableState, "cable_state", SENSOR_QOS).publish
         period = 1.0 / rig.board.sample_rate.value
         self._diagnostics = NodeDiagnostics(self, period, self._details)
-        self._samples = PolledSubscription(self, JointState, "/measured/joint_states", SENSOR_QOS)
-        self._cycles = Cycles(self, _POLL_PERIOD_S, self._poll)
+        self.create_subscription(JointState, "/measured/joint_states", self._follow, SENSOR_QOS)
         self._diagnostics.ready("waiting for crank and carriage")
-
-    def _poll(self) -> None:
-        for message in self._samples.take_all():
-            self._follow(message)
 
     def _follow(self, message: JointState) -> None:
         with self._diagnostics.cycle():
