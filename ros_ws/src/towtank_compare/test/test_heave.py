@@ -206,39 +206,39 @@ def test_the_sensors_budget_is_the_rigs():
 
 
 def test_u95_covers_the_errors_of_sensors_drawn_from_the_budget():
-    """200 pairs of sensors with errors drawn from the rig's tolerances read the same motion, then
-    are zeroed 1 m deeper, as before a run. The interval misses the true ratio and amplitudes no
-    more often than 5 % allows (99.99 % point). It may miss less often: the budget also provides for
-    a surge past the ports, which this motion does not have."""
-    runs, missed = 200, {"ratio": 0, "fish": 0, "depressor": 0}
-    water = RIG.water
+    """300 pairs of sensors with errors drawn from the rig's tolerances read the same motion. The
+    interval misses the true ratio and amplitudes as often as 5 % allows, between the 0.01 % and
+    99.99 % points. Surge past the ports is left out of the budget: this motion has none. Of the
+    rectangular and product tolerances the sum is not quite normal: true levels of 3 to 7 %."""
+    still = RIG.replace(
+        {f"sensors.{body}_pressure.errors.surge_speed": 0.0 for body in ("fish", "depressor")}
+    )
+    runs, missed = 300, {"ratio": 0, "fish": 0, "depressor": 0}
     clean = make_samples("measured", duration_s=10.0)
 
     def read(sensor, heave, rng):
-        def depth(true_depth, drift):
-            volts = sensor.volts(pressure_from_depth(true_depth, water), speed=1.0, drift=drift)
-            volts = volts + sensor.noise * rng.standard_normal(np.shape(volts))
-            return depth_from_pressure(sensor.conversion.pressure(volts), water)
-
-        rest = np.mean(depth(1.0 - heave.values[:1] * np.ones(200), 0.0))
-        return Series(heave.stamp_ns, rest - depth(-heave.values, 1.0))
+        pressure = pressure_from_depth(-heave.values, RIG.water)
+        volts = sensor.volts(pressure, speed=1.0)
+        volts = volts + sensor.noise * rng.standard_normal(len(volts))
+        depth = depth_from_pressure(sensor.conversion.pressure(volts), RIG.water)
+        return Series(heave.stamp_ns, -depth)
 
     for seed in range(runs):
-        sensors, rng = draw(RIG, seed), np.random.default_rng(seed)
+        sensors, rng = draw(still, seed), np.random.default_rng(seed)
         samples = HeaveSamples(
             "measured",
             clean.crank,
             read(sensors.fish_pressure, clean.fish, rng),
             read(sensors.depressor_pressure, clean.depressor, rng),
         )
-        result = analyse_window(samples, RIG, START_MS, START_MS + 10_000)
+        result = analyse_window(samples, still, START_MS, START_MS + 10_000)
         missed["ratio"] += abs(result.ratio - FISH / DEPRESSOR) > result.u95
         missed["fish"] += abs(result.fish.amplitude - FISH) > result.fish.uncertainty.u95
         missed["depressor"] += (
             abs(result.depressor.amplitude - DEPRESSOR) > result.depressor.uncertainty.u95
         )
     for what, count in missed.items():
-        assert count <= binom.ppf(1 - 1e-4, runs, 0.05), what
+        assert binom.ppf(1e-4, runs, 0.03) <= count <= binom.ppf(1 - 1e-4, runs, 0.07), what
 
 
 def test_combination_follows_the_gum():
