@@ -108,3 +108,29 @@ def test_weight_dropped_on_a_slack_wire_stops_at_its_length():
     assert highest < 2.5
     # stretched by W/EA = 3e-5
     assert simulator.point_position("weight")[2] == pytest.approx(2.0, abs=1e-3)
+
+
+def test_light_fish_folds_its_cable_at_rest():
+    """A fish whose lift is less than its cable's weight floats above the cable's lowest point and
+    carries as much of it as its lift."""
+    lift = 0.05 * 9.81  # N
+    b = sc.ModelBuilder(sc.Water())
+    b.add_prescribed_point("tow_point")
+    fish = sc.Body(
+        mass=5.95, inertia=(0.02, 0.6, 0.6), centre_of_gravity=(0, 0, -0.01), volume=6e-3,
+        diameter=0.1, length=1.0, axial_drag=0.3, cross_flow_drag=1.1,
+    )  # fmt: skip
+    b.add_body("fish", fish)
+    cable = sc.LineProperties(length=3.0, diameter=0.008, mass_per_length=0.15, axial_stiffness=6e5)
+    b.add_line("cable", "tow_point", "fish", cable, segments=13, attachment=(0.5, 0, 0))
+    model = b.build()
+    state = sc.steady_tow(model, position=(0, 0, -1))
+    simulator = sc.Simulator(model, state)
+    z = simulator.node_positions("cable")[:, 2]
+    assert z.min() < z[-1] < z[0]
+    weight = (0.15 - 1000 * np.pi / 4 * 0.008**2) * 9.81 * 3.0  # of the cable in water
+    nodes = 13
+    # the fish holds its lift's worth of cable, all but half a node's weight at its nose
+    assert simulator.tensions("cable")[-1] == pytest.approx(lift - weight / nodes / 2, rel=1e-3)
+    simulator.step(5.0, sc.SteadyTow(position=(0, 0, -1)))
+    assert simulator.body_position("fish") == pytest.approx(state.body_position("fish"), abs=1e-4)

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <deque>
 #include <numbers>
+#include <optional>
 #include <sstream>
 
+#include "backward_euler.hpp"
 #include "equations.hpp"
 #include "error.hpp"
 #include "newton.hpp"
+#include "simulator.hpp"
 
 namespace sim_core {
 
@@ -18,12 +21,18 @@ namespace {
 /// A first guess: every line straight and unstretched, in the direction of weight and drag of what hangs on it.
 class FirstGuess {
   public:
-    FirstGuess(State& state, const Vec3& velocity)
-        : state_(state), model_(*state.model), flow_(model_.water.current - velocity), placed_(vertices(), false) {}
+    /// `lean` tilts every line aft by about that angle (rad).
+    FirstGuess(State& state, const Vec3& velocity, double lean)
+        : state_(state),
+          model_(*state.model),
+          flow_(model_.water.current - velocity),
+          lean_(lean),
+          placed_(vertices(), false) {}
 
     void make() {
         const Vec3 ahead(-flow_.x(), -flow_.y(), 0.0);
         const double heading = ahead.norm() > 1e-9 ? std::atan2(ahead.y(), ahead.x()) : 0.0;
+        astern_ = -Vec3(std::cos(heading), std::sin(heading), 0.0);
         for (State::BodyState& body : state_.bodies) {
             body.step_start_attitude = Quat(Eigen::AngleAxisd(heading, Vec3::UnitZ()));
         }
@@ -110,7 +119,8 @@ class FirstGuess {
         const auto site = [&](int i) { return line.sites[hang.reversed ? line.segments - i : i]; };
         state_.follow_bodies();
         const Vec3 top = state_.position[site(0)];
-        const Vec3 along = hang.pull.norm() > 1e-12 ? Vec3(hang.pull.normalized()) : Vec3(-Vec3::UnitZ());
+        Vec3 along = hang.pull.norm() > 1e-12 ? Vec3(hang.pull.normalized()) : Vec3(-Vec3::UnitZ());
+        along = (along + lean_ * astern_).normalized();
         const double spacing = line.properties.length / line.segments;
         for (int i = 1; i < line.segments; ++i) state_.position[site(i)] = top + i * spacing * along;
         const Vec3 bottom = top + line.properties.length * along;
@@ -141,10 +151,94 @@ class FirstGuess {
     State& state_;
     const Model& model_;
     Vec3 flow_;
+    double lean_;
+    Vec3 astern_;  ///< horizontal unit vector from the bow aft
     std::vector<bool> placed_;
     std::vector<Hang> tree_;
     std::vector<int> loops_;
 };
+
+/// Everything moves with `velocity`, nothing accelerates or turns.
+void move_steadily(State& state, const Vec3& velocity) {
+    for (Vec3& v : state.velocity) v = velocity;
+    for (Vec3& a : state.acceleration) a.setZero();
+    for (Vec3& a : state.auxiliary) a.setZero();
+    for (std::size_t b = 0; b < state.bodies.size(); ++b) {
+        state.velocity[state.body_entry(static_cast<int>(b)) + 1].setZero();
+    }
+    state.rebase_attitudes();
+    state.follow_bodies();
+}
+
+struct Failure {
+    double residual;  ///< N
+    int block;
+};
+
+/// Pseudo-transient continuation from the given shape. Nothing is returned when it has arrived.
+std::optional<Failure> continue_to_equilibrium(State& state) {
+    constexpr double kFirstStep = 0.05;
+    constexpr double kLargestStep = 3e3;  // inertia of 1 kg then counts as 1e-7 N/m
+    constexpr double kSmallestStep = 1e-6;
+    constexpr int kMostSteps = 300;
+    const Model& model = *state.model;
+    const NewtonSettings settings;
+    Equations equations(state.model);
+    NewtonWorkspace work(model.blocks());
+    State backup = state;
+    double h = kFirstStep;
+    Failure failure{0.0, 0};
+    for (int step = 0; step < kMostSteps && h >= kSmallestStep; ++step) {
+        backup = state;
+        const double tolerance = newton_tolerance(model, state, settings);
+        const double acceleration_rate = 1.0 / (h * h);
+        const NewtonResult result =
+            solve_newton(equations, state, {1.0, 0.0, acceleration_rate}, settings, tolerance, work,
+                         [&](const std::vector<Vec3>& displacement, double factor) {
+                             for (int block = 0; block < model.blocks(); ++block) {
+                                 const int i = state.entry_of_block(block);
+                                 state.position[i] += factor * displacement[block];
+                                 state.acceleration[i] += factor * acceleration_rate * displacement[block];
+                             }
+                             state.follow_bodies();
+                         });
+        if (!result.converged) {
+            failure = {result.residual, result.worst_block};
+            state = backup;
+            h *= 0.25;
+            continue;
+        }
+        for (Vec3& acceleration : state.acceleration) acceleration.setZero();
+        state.rebase_attitudes();
+        state.follow_bodies();
+        equations.evaluate(state);
+        failure.residual = equations.residual_norm(failure.block);
+        if (h >= kLargestStep && failure.residual <= 2.0 * tolerance) return std::nullopt;
+        h = std::min(kLargestStep, 3.0 * h);
+    }
+    return failure;
+}
+
+/// Tows the system on for `duration` (s) with implicit Euler, whose damping helps it to come to rest, and moves it
+/// back to where it began.
+void tow_on(State& state, const std::vector<Vec3>& positions, const Vec3& velocity, double duration) {
+    std::vector<SteadyTow> laws;
+    for (const Vec3& position : positions) laws.emplace_back(position, velocity, 0.0);
+    Motions motions;
+    for (const SteadyTow& law : laws) motions.push_back(&law);
+    constexpr double kStep = 0.02;
+    Simulator simulator(state, std::make_shared<BackwardEuler>(), kStep, NewtonSettings{});
+    simulator.step(duration, motions);
+    state = simulator.state();
+    for (int i = 0; i < state.model->sites(); ++i) state.position[i] -= duration * velocity;
+    for (std::size_t b = 0; b < state.bodies.size(); ++b) {
+        state.position[state.body_entry(static_cast<int>(b))] -= duration * velocity;
+    }
+    state.time = 0.0;
+    state.last_step = 0.0;
+    state.damped_steps = 0;
+    move_steadily(state, velocity);
+}
 
 }  // namespace
 
@@ -158,59 +252,36 @@ State steady_tow(std::shared_ptr<const Model> model, const std::vector<Vec3>& po
     }
     if (!velocity.allFinite()) throw InvalidInput("velocity must be finite");
 
-    State state(model);
-    for (int i = 0; i < model->prescribed_sites; ++i) state.position[model->free_sites + i] = positions[i];
-    FirstGuess(state, velocity).make();
-    for (int i = 0; i < model->sites(); ++i) state.velocity[i] = velocity;
-    for (std::size_t b = 0; b < model->bodies.size(); ++b) {
-        state.velocity[state.body_entry(static_cast<int>(b))] = velocity;
-    }
-    state.follow_bodies();
-
-    constexpr double kFirstStep = 0.05;
-    constexpr double kLargestStep = 3e3;   // inertia of 1 kg then counts as 1e-7 N/m
-    constexpr double kSmallestStep = 1e-7;
-    constexpr int kMostSteps = 2000;
-    const NewtonSettings settings;
-    Equations equations(model);
-    NewtonWorkspace work(model->blocks());
-    State backup = state;
-    double h = kFirstStep;
-    int worst = 0;
-    double residual = 0.0;
-    for (int step = 0; step < kMostSteps && h >= kSmallestStep; ++step) {
-        backup = state;
-        const double tolerance = newton_tolerance(*model, state, settings);
-        const double acceleration_rate = 1.0 / (h * h);
-        const NewtonResult result =
-            solve_newton(equations, state, {1.0, 0.0, acceleration_rate}, settings, tolerance, work,
-                         [&](const std::vector<Vec3>& displacement, double factor) {
-                             for (int block = 0; block < model->blocks(); ++block) {
-                                 const int i = state.entry_of_block(block);
-                                 state.position[i] += factor * displacement[block];
-                                 state.acceleration[i] += factor * acceleration_rate * displacement[block];
-                             }
-                             state.follow_bodies();
-                         });
-        if (!result.converged) {
-            worst = result.worst_block;
-            residual = result.residual;
-            state = backup;
-            h *= 0.25;
-            continue;
+    const auto first_guess = [&](double lean) {
+        State guess(model);
+        for (int i = 0; i < model->prescribed_sites; ++i) guess.position[model->free_sites + i] = positions[i];
+        FirstGuess(guess, velocity, lean).make();
+        move_steadily(guess, velocity);
+        return guess;
+    };
+    State state = first_guess(0.0);
+    std::optional<Failure> failure = continue_to_equilibrium(state);
+    if (failure) {
+        // A line that must fold, because its lower end floats up, cannot leave the vertical by itself: lean it.
+        State start = first_guess(0.1);
+        state = start;
+        failure = continue_to_equilibrium(state);
+        constexpr int kMostTows = 4;
+        for (int i = 0; failure && i < kMostTows; ++i) {
+            constexpr double kDuration = 30.0;
+            tow_on(start, positions, velocity, kDuration);
+            state = start;
+            failure = continue_to_equilibrium(state);
         }
-        for (Vec3& acceleration : state.acceleration) acceleration.setZero();
-        state.rebase_attitudes();
-        state.follow_bodies();
-        equations.evaluate(state);
-        residual = equations.residual_norm(worst);
-        if (h >= kLargestStep && residual <= 2.0 * tolerance) return state;
-        h = std::min(kLargestStep, 3.0 * h);
     }
-    std::ostringstream message;
-    message << "no steady tow found: residual " << residual << " N at " << model->describe_block(worst)
-            << "; check weights, drag and the speed";
-    throw ConvergenceError(message.str());
+    if (failure) {
+        std::ostringstream message;
+        message << "no steady tow found: residual " << failure->residual << " N at "
+                << model->describe_block(failure->block)
+                << "; check weights, drag and stability at " << velocity.norm() << " m/s";
+        throw ConvergenceError(message.str());
+    }
+    return state;
 }
 
 }  // namespace sim_core

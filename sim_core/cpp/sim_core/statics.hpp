@@ -13,8 +13,10 @@ namespace sim_core {
 ///
 /// Solved by pseudo-transient continuation (Kelley & Keyes 1998, SIAM J. Numer. Anal. 35, 508–523): implicit
 /// steps of a motion that starts each step from rest, with steps that grow from 0.05 s until the inertia term is
-/// negligible. It needs no good first guess and passes through slack and near-zero tension. A direction without
-/// any stiffness (the heading of a body hanging at rest) stays where the guess put it: forward.
+/// negligible. It needs no good first guess and passes through slack and near-zero tension. Where it gets stuck (a light
+/// fish that folds its cable at rest), it starts again from leaning lines, then from where half a minute of towing
+/// brings them. A direction without any stiffness (the heading of a body hanging at rest) stays where the guess put
+/// it: forward.
 ///
 /// Throws ConvergenceError naming the place with the largest residual.
 State steady_tow(std::shared_ptr<const Model> model, const std::vector<Vec3>& positions, const Vec3& velocity);
