@@ -207,7 +207,7 @@ def _fit(heave: Series, turning: _Turning, name: str) -> _FittedHeave:
     whole = angle - start <= 2 * math.pi * turning.periods
     time_s, angle, values = time_s[whole], angle[whole], used.values[whole]
     try:
-        harmonic = fit_first_harmonic(time_s, values, angle, start, turning.periods)
+        harmonic = fit_first_harmonic(values, angle, start, turning.periods)
     except AnalysisError as error:
         raise AnalysisError(f"heave of the {name}: {error}") from error
     return _FittedHeave(time_s, float(np.mean(values)), harmonic)
