@@ -1,37 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests across parts share: the command as a user runs it, and one recorded trial."""
+"""What the tests across parts share."""
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import psutil
 import pytest
 
-TOWTANK = [sys.executable, "-m", "towtank_bringup.cli"]
+sys.path.append(str(Path(__file__).parent))  # for the modules beside this one
 
-
-def run_towtank(*arguments: object, timeout: float = 240.0) -> subprocess.CompletedProcess[str]:
-    """Run the towtank command to its end."""
-    return subprocess.run(
-        [*TOWTANK, *map(str, arguments)], capture_output=True, text=True, timeout=timeout
-    )
-
-
-def processes_of(directory: Path) -> list[str]:
-    """Command lines of the processes that work for the trial in `directory`."""
-    found = []
-    for process in psutil.process_iter(["cmdline"]):
-        line = " ".join(process.info["cmdline"] or [])
-        if str(directory) in line and process.pid != os.getpid() and "pytest" not in line:
-            found.append(line)
-    return found
+from towtank_command import processes_of, run_towtank
 
 
 @dataclass(frozen=True)

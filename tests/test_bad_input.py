@@ -10,8 +10,8 @@ import threading
 import tty
 
 import pytest
-from conftest import processes_of, run_towtank
 from towtank_bringup.rigs import rig_path
+from towtank_command import processes_of, run_towtank
 
 
 def assert_one_clear_line(run, *words):
@@ -36,20 +36,33 @@ def broken_rig(tmp_path):
     return write
 
 
-@pytest.mark.parametrize("verb", [("rig", "check"), ("trial", "--rig")])
-@pytest.mark.parametrize(
+BAD_RIGS = pytest.mark.parametrize(
     ("old", "new", "where"),
     [
-        ("carriage_speed:", "carriage_sped:", "run.carriage_speed"),
-        ("{value: 1.3 m", "{value: 1300 mm", "fish.length"),
-        ("{value: 1.3 m", "{value: -1.3 m", "fish.length"),
+        ("  carriage_speed:", "  carriage_sped:", "run.carriage_speed"),
+        ("{value: 1.30 m", "{value: 1300 mm", "fish.length"),
+        ("{value: 1.30 m", "{value: -1.30 m", "fish.length"),
     ],
     ids=["missing key", "wrong unit", "impossible value"],
 )
-def test_bad_rig_file(broken_rig, tmp_path, verb, old, new, where):
+
+
+@BAD_RIGS
+def test_trial_refuses_a_bad_rig_before_it_begins(broken_rig, tmp_path, old, new, where):
     path = broken_rig(old, new)
-    run = run_towtank(*verb, path)
+    run = run_towtank("trial", "--rig", path, "--out", tmp_path / "o")
     assert_one_clear_line(run, f"{path}:", where)
+    assert not (tmp_path / "o").exists()
+
+
+@BAD_RIGS
+def test_rig_check_names_every_fault_in_a_line(broken_rig, old, new, where):
+    path = broken_rig(old, new)
+    run = run_towtank("rig", "check", path)
+    assert run.returncode == 1
+    lines = run.stderr.strip().splitlines()
+    assert all(line.startswith(f"towtank: error: {path}:") for line in lines)
+    assert any(f" {where}: " in line for line in lines)
 
 
 def test_port_that_does_not_exist(tmp_path):

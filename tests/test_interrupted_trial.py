@@ -8,8 +8,8 @@ import subprocess
 import time
 
 import pytest
-from conftest import TOWTANK, processes_of
 from mcap.reader import make_reader
+from towtank_command import TOWTANK, processes_of
 
 pytestmark = pytest.mark.trial
 

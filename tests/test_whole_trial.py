@@ -7,8 +7,8 @@ import json
 import math
 
 import pytest
-from conftest import run_towtank
 from rosbags.highlevel import AnyReader
+from towtank_command import run_towtank
 
 pytestmark = pytest.mark.trial
 

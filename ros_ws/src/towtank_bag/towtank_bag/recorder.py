@@ -18,6 +18,7 @@ from std_msgs.msg import String
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
+from towtank_node.polling import PolledSubscription
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 from towtank_rig import Rig, RigError, load_rig
 
@@ -28,7 +29,6 @@ from towtank_bag.layout import (
     RIG_ATTACHMENT,
     BagError,
 )
-from towtank_bag.polling import PolledSubscription
 from towtank_bag.topics import QOS, TRIAL_TOPICS, TopicError, parse_topics
 from towtank_bag.writer import Attachment, BagWriter, RawMessage, Topic
 

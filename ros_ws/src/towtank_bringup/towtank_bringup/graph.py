@@ -70,6 +70,8 @@ class VirtualTankSettings:
     crank_cpr, carriage_cpr: counts per revolution of the encoders, after decoding by four.
     plant_rig: the plant's own rig file, which may differ from what the twin assumes.
     noise: 'rig' for sensor errors drawn from the rig's budget, 'none' for ideal sensors.
+    conversion_noise: standard deviation of one conversion at the ADC's input by channel, V: white
+    noise of sensor, front end and converter together.
     """
 
     plant_rig: Path
@@ -77,6 +79,7 @@ class VirtualTankSettings:
     runtime: Path
     crank_cpr: int
     carriage_cpr: int
+    conversion_noise: tuple[float, ...]
     noise: str = "rig"
     seed: int = 1
 
@@ -154,7 +157,8 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
                 str(tank.carriage_cpr),
                 "--seed",
                 str(tank.seed),
-                *(("--noise", "0") if tank.noise == "none" else ()),
+                "--noise",
+                ",".join(f"{volts:.3g}" for volts in tank.conversion_noise),
             ),
             "ready",
         ),

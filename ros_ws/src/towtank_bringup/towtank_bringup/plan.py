@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import datetime
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from towtank_daq.description import installed_description, load_description
 from towtank_rig import Rig, load_rig
 
 from towtank_bringup.graph import (
@@ -115,11 +117,28 @@ def plan_trial(
             runtime=runtime,
             crank_cpr=loaded.sensors.crank_encoder.counts_per_revolution,
             carriage_cpr=loaded.sensors.carriage_encoder.counts_per_revolution,
+            conversion_noise=conversion_noise(loaded) if noise == "rig" else (0.0,),
             noise=noise,
             seed=seed,
         )
         graph = virtual_tank(settings, tank) + graph
     return PlannedTrial(loaded, graph, Course.from_rig(loaded, duration), directory, port is None)
+
+
+def conversion_noise(rig: Rig) -> tuple[float, ...]:
+    """White noise at the ADC's input by channel, V: the converter's, and the sensor's amplified."""
+    sensors = rig.sensors
+    terminal_noise = {
+        sensors.fish_pressure.channel: sensors.fish_pressure.errors.noise.value,
+        sensors.depressor_pressure.channel: sensors.depressor_pressure.errors.noise.value,
+    }
+    for channel in sensors.accelerometer.channels.model_dump().values():
+        terminal_noise[channel] = sensors.accelerometer.errors.noise.value
+    board = load_description(installed_description())
+    return tuple(
+        math.hypot(channel.noise_volts, channel.gain * terminal_noise.get(channel.name, 0.0))
+        for channel in board.channels
+    )
 
 
 def _firmware_folder() -> Path:

@@ -18,11 +18,11 @@ from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from towtank_bag.polling import PolledSubscription
 from towtank_interfaces.msg import Depth, HeaveRatio
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
+from towtank_node.polling import PolledSubscription
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 from towtank_rig import RigError, load_rig
 

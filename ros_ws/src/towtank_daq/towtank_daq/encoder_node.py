@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 
 from sensor_msgs.msg import JointState
@@ -41,6 +42,8 @@ class EncoderNode(ScanNode):
         self._ready = False
         self._joints = JointState()
         self._joints.name = ["crank", "carriage"]
+        # Nobody measures efforts, but not all readers of bags take an empty sequence at the end.
+        self._joints.effort = [math.nan, math.nan]
         self._publisher = self.create_publisher(JointState, "joint_states", SENSOR_QOS)
         self.create_service(Trigger, "~/zero", self._on_zero)
         self.listen()

@@ -7,6 +7,7 @@ filling them.
 
 from __future__ import annotations
 
+import math
 from array import array
 
 from geometry_msgs.msg import Point, Quaternion, Vector3
@@ -88,7 +89,8 @@ class JointStateWriter:
     """Crank angle (rad) and carriage position (m) with their rates."""
 
     def __init__(self) -> None:
-        self._message = JointState(name=JOINT_NAMES)
+        # Efforts are not simulated, but not all readers of bags take an empty sequence at the end.
+        self._message = JointState(name=JOINT_NAMES, effort=[math.nan, math.nan])
 
     def fill(
         self,

@@ -70,7 +70,8 @@ class TwinNode(Node):
                 self._publish(state)
         if self._twin.interruptions != self._interruptions:
             self._interruptions = self._twin.interruptions
-            self._diagnostics.fail(
+            # No failure: what is measured goes on, and the experimenter wants it recorded.
+            self._diagnostics.warn(
                 f"{self._twin.interruption}: the twin begins anew, see the board and the encoder"
             )
         elif self._twin.running and not was_running:
