@@ -15,6 +15,7 @@ from towtank_bringup.conductor import open_conductor
 from towtank_bringup.course import drive_for, run_course
 from towtank_bringup.plan import plan_trial
 from towtank_bringup.result_table import print_result
+from towtank_bringup.stop_request import StopRequest
 
 
 def main() -> int:
@@ -28,8 +29,8 @@ def main() -> int:
     arguments, _ = parser.parse_known_args()  # launch adds --ros-args
     planned = plan_trial(**vars(arguments))
     try:
-        with marked(planned.directory):
-            conductor = open_conductor(planned.graph, watch=lambda: None, say=print)
+        with StopRequest() as stop, marked(planned.directory):
+            conductor = open_conductor(planned.graph, stop.check, print)
             try:
                 # The nodes are siblings: children of the launch process.
                 run_course(

@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -71,15 +72,19 @@ class ProcessGroup:
         self._processes: list[Process] = []
         logs.mkdir(parents=True, exist_ok=True)
 
-    def start(self, graph: Graph) -> None:
-        """Start every item, in order; a Program is waited for until it says that it is ready."""
+    def start(self, graph: Graph, watch: Callable[[], None]) -> None:
+        """Start every item, in order; a Program is waited for until it says that it is ready.
+
+        watch: called between the items and a few times a second while waiting.
+        """
         for item in graph:
             log = self._logs / (item.full_name.strip("/").replace("/", ".") + ".log")
             with log.open("wb") as output:
                 process = Process(item, self._spawn(item, output), log)
             self._processes.append(process)
+            watch()
             if isinstance(item, Program):
-                self._wait_for_line(process, item.ready_line)
+                self._wait_for_line(process, item.ready_line, watch)
 
     def _spawn(self, item: RosNode | Program, output: IO[bytes]) -> subprocess.Popen[bytes]:
         command = command_of(item)
@@ -99,7 +104,9 @@ class ProcessGroup:
                 "build the project first"
             ) from error
 
-    def _wait_for_line(self, process: Process, beginning: str, timeout_s: float = 30.0) -> None:
+    def _wait_for_line(
+        self, process: Process, beginning: str, watch: Callable[[], None], timeout_s: float = 30.0
+    ) -> None:
         deadline = time.monotonic() + timeout_s
         while time.monotonic() < deadline:
             if any(
@@ -107,7 +114,7 @@ class ProcessGroup:
                 for line in process.log.read_text(errors="replace").splitlines()
             ):
                 return
-            self.check()
+            watch()
             time.sleep(0.02)
         raise ProcessError(f"{process.item.full_name} is not up after {timeout_s:.0f} s")
 

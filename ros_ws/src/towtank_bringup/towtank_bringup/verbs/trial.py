@@ -7,7 +7,6 @@ import contextlib
 import json
 import os
 import shutil
-import signal
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,6 +25,7 @@ from towtank_bringup.plan import PlanError, PlannedTrial, plan_trial
 from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.progress import ProgressLine
 from towtank_bringup.result_table import print_result
+from towtank_bringup.stop_request import StopRequest
 
 
 @click.command(name="trial")
@@ -59,9 +59,9 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
             say(note)
         _create(planned)
         try:
-            with _sigterm_as_interrupt(), marked(planned.directory):
+            with StopRequest() as stop, marked(planned.directory):
                 with _ros_domain():
-                    _start_and_lead(planned, say)
+                    _start_and_lead(planned, stop, say)
                 result = close_trial(planned.directory, say)
         except IncompleteTrial as error:
             raise click.ClickException(str(error)) from error
@@ -87,38 +87,26 @@ def _create(planned: PlannedTrial) -> None:
         ) from error
 
 
-def _start_and_lead(planned: PlannedTrial, say: ProgressLine) -> None:
+def _start_and_lead(planned: PlannedTrial, stop: StopRequest, say: ProgressLine) -> None:
     """Start the graph, lead the trial through, stop everything whatever happens."""
     processes = ProcessGroup(planned.directory.logs)
     conductor = None
+
+    def watch() -> None:
+        stop.check()
+        processes.check()
+
     try:
         say("starting the graph")
-        processes.start(planned.graph)
-        conductor = open_conductor(planned.graph, processes.check, say)
+        processes.start(planned.graph, watch)
+        conductor = open_conductor(planned.graph, watch, say)
         run_course(conductor, planned.course, drive_for(planned.on_virtual_tank), psutil.Process())
     finally:
-        # A second Ctrl-C must not leave processes behind.
-        previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
         if conductor:
             conductor.close()
             rclpy.try_shutdown()
         for name in processes.stop():
             say(f"warning: {name} did not stop by itself and was killed")
-        signal.signal(signal.SIGINT, previous)
-
-
-@contextlib.contextmanager
-def _sigterm_as_interrupt() -> Iterator[None]:
-    """A `kill` ends a trial as Ctrl-C does."""
-
-    def interrupt(*_: Any) -> None:
-        raise KeyboardInterrupt
-
-    previous = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, previous)
 
 
 @contextlib.contextmanager
