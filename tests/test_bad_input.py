@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pty
+import select
 import subprocess
 import threading
 import tty
@@ -12,6 +14,7 @@ import tty
 import pytest
 from towtank_bringup.rigs import rig_path
 from towtank_command import processes_of, run_towtank
+from towtank_daq.framing import FrameReader, encode_frame
 
 
 def assert_one_clear_line(run, *words):
@@ -80,32 +83,52 @@ def test_existing_output_directory_is_left_alone(tmp_path):
     assert [path.name for path in out.iterdir()] == ["precious"]
 
 
-@pytest.fixture
-def silent_port():
-    """A serial port whose board never answers."""
+@contextlib.contextmanager
+def serial_port(answer):
+    """A serial port with somebody on it who answers each request by `answer(payload)`, or not."""
     master, slave = pty.openpty()
     tty.setraw(slave)
-    drain = threading.Thread(target=_drain, args=(master,), daemon=True)
-    drain.start()
-    yield os.ttyname(slave)
-    os.close(slave)
-    os.close(master)
+    done = threading.Event()
 
+    def serve():
+        reader = FrameReader(64)
+        while not done.is_set():
+            if select.select([master], [], [], 0.1)[0]:
+                for request in reader.feed(os.read(master, 4096)):
+                    if (response := answer(request)) is not None:
+                        os.write(master, encode_frame(response))
 
-def _drain(master):
+    server = threading.Thread(target=serve)
+    server.start()
     try:
-        while os.read(master, 4096):
-            pass
-    except OSError:
-        return
+        yield os.ttyname(slave)
+    finally:
+        done.set()
+        server.join()
+        os.close(slave)
+        os.close(master)
 
 
 @pytest.mark.trial
-def test_board_that_never_answers(silent_port, tmp_path):
-    run = run_towtank("trial", "--port", silent_port, "--out", tmp_path / "o")
+def test_board_that_never_answers(tmp_path):
+    with serial_port(lambda request: None) as port:
+        run = run_towtank("trial", "--port", port, "--out", tmp_path / "o")
     assert_one_clear_line(run, "/measured/adc_board", "answer")
     assert (tmp_path / "o" / "INCOMPLETE").exists()
     assert processes_of(tmp_path / "o") == []
+
+
+@pytest.mark.trial
+def test_board_of_another_version(tmp_path):
+    """It answers `identify` (protocol, schema hash, then 16 more bytes) with a foreign hash."""
+
+    def identify(request):
+        return bytes((request[0] | 0x80, request[1], 0, 1)) + b"\xde\xad\xbe\xef" + bytes(16)
+
+    with serial_port(identify) as port:
+        run = run_towtank("trial", "--port", port, "--out", tmp_path / "o")
+    assert_one_clear_line(run, "/measured/adc_board", "schema 0xefbeadde", "flash the firmware")
+    assert (tmp_path / "o" / "INCOMPLETE").exists()
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@
 #include "vboard.h"
 
 enum {
-    QUANTUM_NS = 250000,         // emulated at a stretch, then I/O
+    QUANTUM_NS = 500000,         // emulated at a stretch, then I/O
     START_DELAY_NS = 20000000,   // for loading and opening, so that the board does not begin behind time
     PRIORITY = -10,              // a real board is never short of processor time
 };

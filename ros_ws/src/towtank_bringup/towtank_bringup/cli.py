@@ -27,6 +27,10 @@ class Verbs(click.Group):
             return None
         return importlib.import_module(f"towtank_bringup.verbs.{name}").command
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(VERBS.items()))
+
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
 def towtank() -> None:

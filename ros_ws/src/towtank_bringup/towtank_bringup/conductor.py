@@ -8,6 +8,7 @@ until every node has reported itself ready on /diagnostics, and publishes the tr
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -54,13 +55,11 @@ class Conductor(Node):
         self._watch = watch
         self.say = say
         self._statuses: dict[str, DiagnosticStatus] = {}
-        self._joints: dict[str, tuple[float, float]] = {}
         self.ratios: dict[str, HeaveRatio] = {}
         self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
         self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS)
-        self.create_subscription(JointState, "/measured/joint_states", self._on_joints, SENSOR_QOS)
         for source in ("measured", "twin"):
             self.create_subscription(
                 HeaveRatio,
@@ -74,21 +73,11 @@ class Conductor(Node):
         for status in array.status:
             self._statuses[status.name] = status
 
-    def _on_joints(self, joints: JointState) -> None:
-        for name, position, velocity in zip(
-            joints.name, joints.position, joints.velocity, strict=True
-        ):
-            self._joints[name] = (position, velocity)
-
     def _check(self) -> None:
         self._watch()
         for name, status in self._statuses.items():
             if status.level >= DiagnosticStatus.ERROR:
                 raise TrialError(f"{name}: {status.message}")
-
-    def joint_rate(self, name: str) -> float:
-        """Measured rate of 'crank' (rad/s) or 'carriage' (m/s); NaN before the first sample."""
-        return self._joints.get(name, (float("nan"), float("nan")))[1]
 
     def overruns(self) -> dict[str, int]:
         """Overruns that each node has reported so far."""
@@ -116,6 +105,37 @@ class Conductor(Node):
                 raise TrialError(f"{what}: not within {timeout_s:.0f} s")
             self._executor.spin_once(timeout_sec=_SPIN_S)
             self._check()
+
+    def wait_for_steady_drive(
+        self, targets: dict[str, float], tolerance: float, steady_s: float, timeout_s: float
+    ) -> None:
+        """Wait until the measured rates of the joints have been at their targets for `steady_s`.
+
+        targets: rate by joint, crank in rad/s and carriage in m/s; tolerance: fraction of it.
+        """
+        steady_since = math.inf
+
+        def on_joints(joints: JointState) -> None:
+            nonlocal steady_since
+            rates = dict(zip(joints.name, joints.velocity, strict=True))
+            near = all(
+                abs(rates[name] - target) <= tolerance * abs(target)
+                for name, target in targets.items()
+            )
+            steady_since = min(steady_since, time.monotonic()) if near else math.inf
+
+        # Only while it is needed: a hundred messages a second are work.
+        subscription = self.create_subscription(
+            JointState, "/measured/joint_states", on_joints, SENSOR_QOS
+        )
+        try:
+            self.wait_until(
+                lambda: time.monotonic() - steady_since >= steady_s,
+                timeout_s,
+                "steady run at " + ", ".join(f"{n} {rate:.4g}" for n, rate in targets.items()),
+            )
+        finally:
+            self.destroy_subscription(subscription)
 
     def call(self, service: type, name: str, request: Any, timeout_s: float) -> Any:
         """Call a service and wait for its answer; TrialError if there is none."""

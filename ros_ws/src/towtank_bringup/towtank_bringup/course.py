@@ -78,7 +78,12 @@ def run_course(
     conductor.mark(
         TrialEvent.DRIVE, carriage_speed=course.carriage_speed, crank_rate=course.crank_rate
     )
-    _wait_for_steady_run(conductor, course, drive.start_timeout_s)
+    conductor.wait_for_steady_drive(
+        {"carriage": course.carriage_speed, "crank": course.crank_rate},
+        STEADY_TOLERANCE,
+        STEADY_TIME_S,
+        drive.start_timeout_s,
+    )
     conductor.spin_for(course.settle_time)
 
     conductor.mark(TrialEvent.LOG_START)
@@ -95,27 +100,6 @@ def run_course(
     conductor.mark(TrialEvent.STOPPED)
     conductor.spin_for(0.5)  # the recorder takes the last events in
     conductor.shut_down()
-
-
-def _wait_for_steady_run(conductor: Conductor, course: Course, timeout_s: float) -> None:
-    steady_since: list[float] = []
-
-    def steady() -> bool:
-        near = all(
-            abs(conductor.joint_rate(name) - target) <= STEADY_TOLERANCE * abs(target)
-            for name, target in (("carriage", course.carriage_speed), ("crank", course.crank_rate))
-        )
-        if not near:
-            steady_since.clear()
-        elif not steady_since:
-            steady_since.append(time.monotonic())
-        return near and time.monotonic() - steady_since[0] >= STEADY_TIME_S
-
-    conductor.wait_until(
-        steady,
-        timeout_s,
-        f"carriage at {course.carriage_speed:g} m/s and crank at {course.crank_rate:.4g} rad/s",
-    )
 
 
 def _cpu_seconds(process_tree: psutil.Process) -> float:

@@ -24,6 +24,7 @@ from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.polling import PolledSubscription
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_node.stamps import stamp_ns
 from towtank_rig import RigError, load_rig
 
 from towtank_compare import topics
@@ -102,16 +103,16 @@ class Comparison(Node):
     def _take_crank(self, message: JointState) -> None:
         if topics.CRANK_JOINT in message.name:
             angle = message.position[message.name.index(topics.CRANK_JOINT)]
-            self._live.add_crank(_stamp_ns(message), angle)
+            self._live.add_crank(stamp_ns(message.header.stamp), angle)
 
     def _take_depth(self, body: str, message: Depth) -> None:
-        self._live.add_depth(body, _stamp_ns(message), message.depth, message.valid)
+        self._live.add_depth(body, stamp_ns(message.header.stamp), message.depth, message.valid)
 
     def _take_pose(self, body: str, message: Odometry) -> None:
         pose = message.pose.pose
         turn = pose.orientation
         quaternion = (turn.x, turn.y, turn.z, turn.w)
-        self._live.add_pose(body, _stamp_ns(message), pose.position.z, quaternion)
+        self._live.add_pose(body, stamp_ns(message.header.stamp), pose.position.z, quaternion)
 
     def _message(self, evaluation: Evaluation) -> HeaveRatio:
         nothing = math.nan
@@ -149,11 +150,6 @@ class Comparison(Node):
 
     def _counters(self) -> dict[str, Any]:
         return {"lost_in_transport": sum(polled.lost for polled, _ in self._inputs)}
-
-
-def _stamp_ns(message: Any) -> int:
-    stamp = message.header.stamp
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
 def _time(milliseconds: int) -> Time:

@@ -12,6 +12,7 @@ import numpy as np
 from plotly.graph_objects import Figure
 from plotly.offline import get_plotlyjs
 from towtank_bag.reader import Bag
+from towtank_node.stamps import stamp_ns
 from towtank_rig import Rig
 
 from towtank_compare import charts, topics
@@ -21,7 +22,6 @@ from towtank_compare.kinematics import bow_up_pitch
 from towtank_compare.places import pressure_port
 from towtank_compare.samples import SIMULATED, bag_samples, has_source, joint_series
 from towtank_compare.series import Series
-from towtank_compare.trial_log import stamp_ns
 from towtank_compare.trial_result import assumption_rows
 
 INCLINATION = "/measured/fish/inclination"

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from towtank_bag.reader import Bag, BagError
+from towtank_node.stamps import stamp_ns
 
 from towtank_compare import topics
 from towtank_compare.heave import NS_PER_MS
@@ -106,11 +107,6 @@ def live_result(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, Any] | None:
         "measured": published[window].get("measured"),
         "twin": published[window].get("twin"),
     }
-
-
-def stamp_ns(stamp: Any) -> int:
-    """A ROS time as ns since the epoch."""
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
 def _spread(values: np.ndarray) -> dict[str, float | None]:

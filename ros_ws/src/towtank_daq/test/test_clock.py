@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from towtank_daq.clock import BoardClock, SyncExchange, clock_offset_ns, unwrap
+from towtank_daq.clock import BoardClock, SyncExchange, unwrap
 
 NOMINAL_HZ = 2e6
 REQUEST_WIRE_NS, RESPONSE_WIRE_NS = 240_000, 920_000
@@ -168,17 +168,3 @@ def test_unwrap_32_bits(value, drift):
 @given(st.integers(0, 2**40), st.integers(-(2**15) + 1, 2**15 - 1))
 def test_unwrap_16_bits(value, drift):
     assert unwrap(value & 0xFFFF, 16, value + drift) == value
-
-
-def test_offset_of_another_clock_is_read_between_interruptions():
-    """Of five readings only one is not interrupted for 1 ms; half of its 100 ns may be wrong."""
-    now = 0
-    delays = iter([1_000_000, 1_000_000, 100, 1_000_000, 1_000_000])
-
-    def other_ns() -> int:
-        nonlocal now
-        reading = now + 777
-        now += next(delays)
-        return reading
-
-    assert clock_offset_ns(other_ns, lambda: now) == pytest.approx(777, abs=50)

@@ -22,10 +22,10 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp
 from towtank_rig import RigError, load_rig
 
 from towtank_daq.board import AdcBoard, BoardError, Scan
-from towtank_daq.clock import clock_offset_ns
 from towtank_daq.description import (
     BoardDescription,
     DescriptionError,
@@ -33,7 +33,6 @@ from towtank_daq.description import (
     load_description,
 )
 from towtank_daq.protocol import Protocol, ProtocolError
-from towtank_daq.scan_node import set_stamp
 from towtank_daq.serial_port import SerialPort
 
 _POLL_S = 0.2  # how soon the serial thread sees that it shall end
@@ -104,9 +103,7 @@ class AdcBoardNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         # Taken once: slewing moves the system's and the monotonic clock alike, and a later step of
         # the system's clock must not tear the record
-        self._ros_offset_ns = clock_offset_ns(
-            lambda: self.get_clock().now().nanoseconds, time.monotonic_ns
-        )
+        self._ros_offset_ns = ros_minus_monotonic_ns(lambda: self.get_clock().now().nanoseconds)
         result = super().on_activate(state)
         try:
             self._board.start()

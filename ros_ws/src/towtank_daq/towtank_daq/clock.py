@@ -40,7 +40,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 _DECAY_S = 10.0
@@ -55,18 +55,6 @@ def unwrap(value: int, bits: int, near: int) -> int:
     """The number closest to `near` whose lowest `bits` bits are those of `value`."""
     span = 1 << bits
     return near + (value - near + span // 2) % span - span // 2
-
-
-def clock_offset_ns(other_ns: Callable[[], int], monotonic_ns: Callable[[], int]) -> int:
-    """How far another clock of this machine is ahead of the monotonic one, ns.
-
-    Of several readings between two of the monotonic clock, the most tightly held one counts.
-    """
-    readings = []
-    for _ in range(5):
-        before, other, after = monotonic_ns(), other_ns(), monotonic_ns()
-        readings.append((after - before, other - (before + after) // 2))
-    return min(readings)[1]
 
 
 @dataclass(frozen=True, slots=True)

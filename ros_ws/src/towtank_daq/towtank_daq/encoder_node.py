@@ -12,12 +12,13 @@ from towtank_interfaces.msg import AdcScan
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig import RigError
 from towtank_rig.conversion import carriage_encoder, crank_encoder
 
 from towtank_daq.description import DescriptionError
 from towtank_daq.encoder import WINDOW_S, Encoder
-from towtank_daq.scan_node import ScanNode, set_stamp, stamp_ns
+from towtank_daq.scan_node import ScanNode
 
 _PARAMETERS = (
     Parameter(

@@ -9,11 +9,12 @@ from sensor_msgs.msg import Imu
 from towtank_interfaces.msg import AdcScan, Inclination
 from towtank_node.main import run_node
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig import RigError
 
 from towtank_daq.description import DescriptionError
 from towtank_daq.inclinometer import Inclinometer
-from towtank_daq.scan_node import ScanNode, set_stamp, stamp_ns
+from towtank_daq.scan_node import ScanNode
 
 
 class InclinometerNode(ScanNode):

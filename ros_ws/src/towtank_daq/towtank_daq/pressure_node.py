@@ -11,11 +11,12 @@ from towtank_interfaces.msg import AdcScan, Depth
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig import RigError
 
 from towtank_daq.description import DescriptionError
 from towtank_daq.pressure import PressureSensor, ZeroingError
-from towtank_daq.scan_node import ScanNode, set_stamp, stamp_ns
+from towtank_daq.scan_node import ScanNode
 
 _PARAMETERS = (
     Parameter(

@@ -6,7 +6,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
@@ -15,8 +14,6 @@ from towtank_node.qos import SENSOR_QOS
 from towtank_rig import load_rig
 
 from towtank_daq.description import installed_description, load_description
-
-_SECOND_NS = 1_000_000_000
 
 
 class ScanNode(Node, ABC):
@@ -52,13 +49,3 @@ class ScanNode(Node, ABC):
                 self._missed += scan.sequence - self._last_sequence - 1
             self._last_sequence = scan.sequence
             self.take(scan)
-
-
-def stamp_ns(stamp: Time) -> int:
-    """A message's stamp in ns."""
-    return stamp.sec * _SECOND_NS + stamp.nanosec
-
-
-def set_stamp(stamp: Time, time_ns: int) -> None:
-    """Write ns into a message's stamp."""
-    stamp.sec, stamp.nanosec = divmod(time_ns, _SECOND_NS)

@@ -16,7 +16,7 @@ from typing import Any
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
-HOUSEKEEPING_PERIOD_S = 0.05
+HOUSEKEEPING_PERIOD_S = 0.1
 """Services and parameters wait at most this long."""
 
 _NS = 1_000_000_000

@@ -14,12 +14,12 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.stamps import ros_minus_monotonic_ns
 from towtank_rig import RigError, load_rig, sensor_errors
 
 from towtank_sim.bench import Bench, BenchError, TrueState
 from towtank_sim.bench_frame import BenchFrameError, BenchFrameLayout
 from towtank_sim.bench_socket import BenchSocket
-from towtank_sim.clock import monotonic_to_ros_offset
 from towtank_sim.matching import StampMatcher
 from towtank_sim.plant import CYCLE_NS
 from towtank_sim.serialised import (
@@ -64,7 +64,7 @@ class BenchNode(Node):
         self._layout = BenchFrameLayout()
         self._bench = Bench(rig, errors, self._layout.channels)
         self._socket = BenchSocket(parameters.socket)
-        self._ros_minus_monotonic = monotonic_to_ros_offset(
+        self._ros_minus_monotonic = ros_minus_monotonic_ns(
             lambda: self.get_clock().now().nanoseconds
         )
         self._first_stamp: int | None = None

@@ -13,25 +13,14 @@ from array import array
 from geometry_msgs.msg import Point, Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Header
 from towtank_interfaces.msg import CableState
+from towtank_node.stamps import set_stamp
 
 from towtank_sim import axes
 from towtank_sim.tow import BodyState, LineShapes, PointState
 
 TANK_FRAME = "tank"
 JOINT_NAMES = ["crank", "carriage"]
-_NS_PER_S = 1_000_000_000
-
-
-def stamp_header(header: Header, stamp: int) -> None:
-    """Set the stamp of a header to `stamp` ns."""
-    header.stamp.sec, header.stamp.nanosec = divmod(stamp, _NS_PER_S)
-
-
-def stamp_ns(header: Header) -> int:
-    """Return the stamp of a header in ns."""
-    return header.stamp.sec * _NS_PER_S + header.stamp.nanosec
 
 
 def _set_vector(vector: Vector3 | Point, values: axes.Vector) -> None:
@@ -52,7 +41,7 @@ class OdometryWriter:
     def body(self, stamp: int, state: BodyState) -> Odometry:
         """Fill in a body's state."""
         message = self._message
-        stamp_header(message.header, stamp)
+        set_stamp(message.header.stamp, stamp)
         _set_vector(message.pose.pose.position, state.position)
         _set_quaternion(message.pose.pose.orientation, state.quaternion)
         _set_vector(message.twist.twist.linear, state.velocity_in_body)
@@ -62,7 +51,7 @@ class OdometryWriter:
     def point(self, stamp: int, state: PointState) -> Odometry:
         """Fill in a point's state; its axes are the tank's."""
         message = self._message
-        stamp_header(message.header, stamp)
+        set_stamp(message.header.stamp, stamp)
         _set_vector(message.pose.pose.position, state.position)
         _set_vector(message.twist.twist.linear, state.velocity)
         return message
@@ -78,7 +67,7 @@ class ImuWriter:
     def fill(self, stamp: int, state: BodyState, specific_force: axes.Vector) -> Imu:
         """Fill in a body's state; specific_force: m/s², body axes."""
         message = self._message
-        stamp_header(message.header, stamp)
+        set_stamp(message.header.stamp, stamp)
         _set_quaternion(message.orientation, state.quaternion)
         _set_vector(message.angular_velocity, state.angular_velocity)
         _set_vector(message.linear_acceleration, specific_force)
@@ -101,7 +90,7 @@ class JointStateWriter:
         carriage_speed: float,
     ) -> JointState:
         message = self._message
-        stamp_header(message.header, stamp)
+        set_stamp(message.header.stamp, stamp)
         message.position = array("d", (crank_angle, carriage_position))
         message.velocity = array("d", (crank_rate, carriage_speed))
         return message
@@ -116,7 +105,7 @@ class CableStateWriter:
 
     def fill(self, stamp: int, shapes: LineShapes) -> CableState:
         message = self._message
-        stamp_header(message.header, stamp)
+        set_stamp(message.header.stamp, stamp)
         message.line_names = list(shapes.names)
         message.segment_counts = array("I", shapes.segments)
         message.x = array("d", shapes.x)

@@ -17,10 +17,11 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import read_parameters
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.stamps import stamp_ns
 from towtank_rig import Rig, RigError, load_rig
 
 import sim_core as sc
-from towtank_sim.messages import CableStateWriter, OdometryWriter, stamp_ns
+from towtank_sim.messages import CableStateWriter, OdometryWriter
 from towtank_sim.model import ModelError
 from towtank_sim.simulator_parameters import RIG, SEGMENTS, STEP
 from towtank_sim.twin import Twin
@@ -57,7 +58,7 @@ class TwinNode(Node):
 
     def _follow(self, message: JointState) -> None:
         with self._diagnostics.cycle():
-            stamp = stamp_ns(message.header)
+            stamp = stamp_ns(message.header.stamp)
             crank_angle, carriage_position = _joints(message)
             was_running = self._twin.running
             try:
