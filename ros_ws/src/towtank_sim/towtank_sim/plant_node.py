@@ -45,7 +45,7 @@ _PARAMETERS = (
         "lead_s",
         float,
         "how far the plant runs ahead of real time, s",
-        default=0.05,
+        default=0.15,
         minimum=0.0,
         maximum=1.0,
     ),
