@@ -150,11 +150,15 @@ def test_the_scatters_interval_covers_the_truth():
     """The scatter's own interval (the sensors' systematic part put to nothing) misses the truth in
     200 runs no more and no less often than 5 % allow, between the 0.01 % and 99.99 % points."""
     runs, missed = 200, {"ratio": 0, "fish": 0, "depressor": 0, "phase": 0}
+    calm = RIG.replace(
+        {f"sensors.{body}_pressure.errors.surge_speed": 0.0 for body in ("fish", "depressor")}
+    )
     for seed in range(runs):
         samples = make_samples("measured", duration_s=10.0, noise_m=3e-4, seed=seed)
-        result = analyse_window(samples, RIG, START_MS, START_MS + 10_000)
+        result = analyse_window(samples, calm, START_MS, START_MS + 10_000)
 
-        # Student's factor for the scatter alone is that of the phase, which has no other part
+        # Student's factor for the scatter alone is that of the phase, which in calm flow has no
+        # other part
         factor = result.phase_uncertainty.coverage_factor
         for what, value, truth, uncertainty in (
             ("ratio", result.ratio, FISH / DEPRESSOR, result.ratio_uncertainty),
@@ -165,6 +169,20 @@ def test_the_scatters_interval_covers_the_truth():
         missed["phase"] += abs(result.phase - LAG) > result.phase_uncertainty.u95
     for what, count in missed.items():
         assert binom.ppf(1e-4, runs, 0.05) <= count <= binom.ppf(1 - 1e-4, runs, 0.05), what
+
+
+def test_surge_makes_the_phase_uncertain():
+    """Cp·ρ·U·dU of both ports over the pressure of their heave, as an angle."""
+    result = analyse_window(make_samples("measured", 20.0), RIG, START_MS, START_MS + 20_000)
+    effects = []
+    for body, amplitude in (("fish", FISH), ("depressor", DEPRESSOR)):
+        errors = getattr(RIG.sensors, f"{body}_pressure").errors
+        cp = errors.flow_coefficient.standard_uncertainty  # its value is 0
+        surge = errors.surge_speed.standard_uncertainty
+        speed, gravity = RIG.run.carriage_speed.value, RIG.water.gravity.value
+        effects.append(cp * speed * surge / gravity / amplitude)
+    # The amplitudes of the fit are the true ones to 1e-4 without noise.
+    assert result.phase_uncertainty.type_b == pytest.approx(math.hypot(*effects), rel=1e-3)
 
 
 def test_motion_that_both_bodies_share_does_not_widen_the_ratio():

@@ -75,7 +75,7 @@ class HeaveResult:
     t0_ms, t1_ms: the window, ms since the epoch. periods: whole crank periods that were used, from
     `used_from_s` to `used_to_s` after t0. ratio: fish over depressor. phase: of the fish less that
     of the depressor, rad, in (−π, π]; positive when the fish leads. Uncertainties and `budget` are
-    None for a simulation; that of the phase counts the scatter only.
+    None for a simulation.
     """
 
     source: Source
@@ -129,7 +129,7 @@ def analyse_window(samples: HeaveSamples, rig: Rig, t0_ms: int, t1_ms: int) -> H
         )
         relative, dof = _relative_scatter(fish.harmonic, depressor.harmonic)
         ratio_uncertainty = combine(ratio * relative, dof, ratio * budget.ratio_relative)
-        phase_uncertainty = combine(relative, dof, 0.0)
+        phase_uncertainty = combine(relative, dof, budget.phase)
     return HeaveResult(
         source=samples.source,
         t0_ms=t0_ms,

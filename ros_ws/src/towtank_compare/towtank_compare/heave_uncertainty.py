@@ -60,6 +60,16 @@ class HeaveBudget:
         """Relative standard uncertainty of the ratio; what both sensors share cancels."""
         return ratio_relative_uncertainty(self.fish, self.depressor)
 
+    @property
+    def phase(self) -> float:
+        """Standard uncertainty of the phase between fish and depressor, rad.
+
+        Errors of gain do not turn the phase. The flow's pressure under surge does: it oscillates by
+        itself, with a phase to heave that nobody knows, so its whole effect counts here too.
+        """
+        sensors = (self.fish, self.depressor)
+        return math.hypot(*(c.gain for s in sensors for c in s.components if c.name == "surge"))
+
 
 def heave_budget(
     rig: Rig,
