@@ -58,10 +58,12 @@ def test_stated_intervals_hold_the_truth(trial):
     times, with these 20 seeds never."""
     truth = trial.truth()
     noise = conversion_noise(trial.rig)
-    inside = {"ratio": 0, "fish": 0, "depressor": 0}
+    inside = {"ratio": 0, "phase": 0, "fish": 0, "depressor": 0}
     for seed in SEEDS:
         _, measured = trial.measure(sensor_errors.draw(trial.rig, seed), seed, noise)
         inside["ratio"] += abs(measured.ratio - truth.ratio) <= measured.u95
+        turned = math.remainder(measured.phase - truth.phase, 2 * math.pi)
+        inside["phase"] += abs(turned) <= measured.phase_uncertainty.u95
         for place in ("fish", "depressor"):
             ours, true = getattr(measured, place), getattr(truth, place)
             inside[place] += abs(ours.amplitude - true.amplitude) <= ours.uncertainty.u95
