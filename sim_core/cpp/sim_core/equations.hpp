@@ -10,8 +10,8 @@
 
 namespace sim_core {
 
-/// How position, velocity and acceleration follow the unknowns of a linear system. An integrator solves for
-/// positions, so {1, dv/dx, da/dx}; {0, 0, 1} gives the mass matrix.
+/// How position, velocity and acceleration follow the unknowns of a linear system. An implicit scheme
+/// solves for positions, so {1, dv/dx, da/dx}; {0, 0, 1} gives the mass matrix.
 struct Rates {
     double position;
     double velocity;      ///< 1/s

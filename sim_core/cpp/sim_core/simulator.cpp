@@ -49,7 +49,20 @@ void Simulator::solve_accelerations() {
 }
 
 NewtonResult Simulator::attempt(const Integrator& integrator, double h, double t_end, const Motions& motions) {
-    integrator.predict(state_, h);
+    const int last = integrator.substeps() - 1;
+    double time = state_.time;
+    for (int i = 0; i < last; ++i) {
+        const Substep part = integrator.substep(i);
+        time += part.fraction * h;
+        const NewtonResult result = solve(part.scheme, part.fraction * h, time, motions);
+        if (!result.converged) return result;
+    }
+    const Substep part = integrator.substep(last);
+    return solve(part.scheme, part.fraction * h, t_end, motions);
+}
+
+NewtonResult Simulator::solve(const Scheme& scheme, double h, double t_end, const Motions& motions) {
+    scheme.predict(state_, h);
     for (int i = 0; i < model().prescribed_sites; ++i) {
         const int site = model().free_sites + i;
         const MotionSample sample = motions[i]->at(t_end);
@@ -58,10 +71,8 @@ NewtonResult Simulator::attempt(const Integrator& integrator, double h, double t
         state_.acceleration[site] = sample.acceleration;
     }
     const NewtonResult result = solve_newton(
-        equations_, state_, integrator.rates(h), newton_, newton_tolerance(model(), state_, newton_), work_,
-        [&](const std::vector<Vec3>& displacement, double factor) {
-            integrator.correct(state_, displacement, factor, h);
-        });
+        equations_, state_, scheme.rates(h), newton_, newton_tolerance(model(), state_, newton_), work_,
+        [&](const std::vector<Vec3>& change, double factor) { scheme.correct(state_, change, factor, h); });
     statistics_.newton_iterations += result.iterations;
     return result;
 }

@@ -62,6 +62,7 @@ class Simulator {
 
   private:
     NewtonResult attempt(const Integrator& integrator, double h, double t_end, const Motions& motions);
+    NewtonResult solve(const Scheme& scheme, double h, double t_end, const Motions& motions);
     void remember_tensions();
     bool snapped() const;
     void solve_accelerations();

@@ -10,6 +10,7 @@
 #include <new>
 #include <random>
 
+#include "sim_core/box.hpp"
 #include "sim_core/generalized_alpha.hpp"
 #include "sim_core/simulator.hpp"
 #include "sim_core/statics.hpp"
@@ -71,16 +72,16 @@ std::shared_ptr<const Model> two_part_tow(int segments) {
     return std::make_shared<const Model>(builder.build());
 }
 
-Simulator start(int segments) {
+Simulator start(int segments, std::shared_ptr<const Integrator> integrator) {
     const auto model = two_part_tow(segments);
     const State state = steady_tow(model, {Vec3(0, 0, -2)}, Vec3(1.75, 0, 0));
-    return {state, std::make_shared<GeneralizedAlpha>(0.8), 0.005, NewtonSettings{}};
+    return {state, std::move(integrator), 0.005, NewtonSettings{}};
 }
 
 const Sinusoid kMotion(Vec3(0, 0, -2), Vec3(1.75, 0, 0), 0.1, 1.6, 0.0, 3.0, 0.0);
 
-void test_step_allocates_nothing() {
-    Simulator simulator = start(40);
+void test_step_allocates_nothing(std::shared_ptr<const Integrator> integrator) {
+    Simulator simulator = start(40, std::move(integrator));
     const Motions motions{&kMotion};
     simulator.step(0.01, motions);
     const long before = allocations;
@@ -136,7 +137,7 @@ void test_tree_has_no_fill() {
 
 void print_cost() {
     for (const int segments : {20, 40, 80, 160, 320, 640, 1280}) {
-        Simulator simulator = start(segments);
+        Simulator simulator = start(segments, std::make_shared<GeneralizedAlpha>(0.8));
         const Motions motions{&kMotion};
         simulator.step(4.0, motions);
         double best = 1e300;
@@ -170,7 +171,8 @@ int main(int argc, char** argv) {
         print_cost();
         return 0;
     }
-    test_step_allocates_nothing();
+    test_step_allocates_nothing(std::make_shared<GeneralizedAlpha>(0.8));
+    test_step_allocates_nothing(std::make_shared<Box>());  // a step in two parts
     test_block_solver_with_a_closed_loop();
     test_tree_has_no_fill();
     return failures == 0 ? 0 : 1;

@@ -13,11 +13,14 @@ y to port, z up, origin at mid-hull. SI units throughout, angles in rad.
 """
 
 from sim_core._core import (
+    HHT,
     BackwardEuler,
     Body,
+    Box,
     ConvergenceError,
     Energy,
     Fin,
+    ForwardEuler,
     GeneralizedAlpha,
     Integrator,
     InvalidInput,
@@ -26,7 +29,9 @@ from sim_core._core import (
     ModelBuilder,
     Motion,
     MotionSample,
+    Newmark,
     Simulator,
+    SingleStepHoubolt,
     Sinusoid,
     SliderCrank,
     State,
@@ -40,12 +45,15 @@ from sim_core.result import BodyHistory, LineHistory, PointHistory, Result
 from sim_core.running import run
 
 __all__ = [
+    "HHT",
     "BackwardEuler",
     "Body",
     "BodyHistory",
+    "Box",
     "ConvergenceError",
     "Energy",
     "Fin",
+    "ForwardEuler",
     "GeneralizedAlpha",
     "Integrator",
     "InvalidInput",
@@ -55,9 +63,11 @@ __all__ = [
     "ModelBuilder",
     "Motion",
     "MotionSample",
+    "Newmark",
     "PointHistory",
     "Result",
     "Simulator",
+    "SingleStepHoubolt",
     "Sinusoid",
     "SliderCrank",
     "State",

@@ -3,10 +3,15 @@
 
 #include "conversions.hpp"
 #include "sim_core/backward_euler.hpp"
+#include "sim_core/box.hpp"
 #include "sim_core/energy.hpp"
 #include "sim_core/equations.hpp"
+#include "sim_core/forward_euler.hpp"
 #include "sim_core/generalized_alpha.hpp"
+#include "sim_core/hht.hpp"
+#include "sim_core/newmark.hpp"
 #include "sim_core/recorder.hpp"
+#include "sim_core/single_step_houbolt.hpp"
 #include "sim_core/statics.hpp"
 
 namespace sim_core::python {
@@ -166,15 +171,42 @@ something was set by hand the simulator first solves for the accelerations.)");
     bind_readers(state, [](const State& s) -> const State& { return s; });
 
     nb::class_<Integrator>(module, "Integrator", "A time integration scheme.");
+    nb::class_<ForwardEuler, Integrator>(module, "ForwardEuler", R"(Explicit Euler: first order; makes energy.
+
+Stable only for max_step ≤ 2ζ/ω of every mode, which a stiff cable puts far below a millisecond: for comparison.)")
+        .def(nb::init<>());
     nb::class_<BackwardEuler, Integrator>(module, "BackwardEuler",
                                           "Implicit Euler: first order, strongly damped; can only lose energy.")
         .def(nb::init<>());
+    nb::class_<Newmark, Integrator>(module, "Newmark", R"(Newmark's method (Newmark 1959).
+
+beta = 1/4, gamma = 1/2 (average acceleration) is second order and damps nothing; gamma > 1/2 damps, at first order.
+2 beta ≥ gamma ≥ 1/2, the unconditionally stable ones.)")
+        .def(nb::init<double, double>(), nb::kw_only(), "beta"_a = 0.25, "gamma"_a = 0.5)
+        .def_prop_ro("beta", &Newmark::beta)
+        .def_prop_ro("gamma", &Newmark::gamma);
+    nb::class_<Hht, Integrator>(module, "HHT", R"(HHT-α integrator (Hilber, Hughes & Taylor 1977).
+
+Second order, unconditionally stable on linear systems; alpha (−1/3 … 0): the spectral radius at infinite frequency is
+(1 + alpha)/(1 − alpha).)")
+        .def(nb::init<double>(), nb::kw_only(), "alpha"_a = -0.1)
+        .def_prop_ro("alpha", &Hht::alpha);
     nb::class_<GeneralizedAlpha, Integrator>(module, "GeneralizedAlpha", R"(Generalised-α integrator (Chung & Hulbert 1993; Arnold & Brüls 2007).
 
 Second order, unconditionally stable on linear systems; rho_inf (0 … 1) is the spectral radius at infinite frequency:
 1 damps nothing, 0 damps most.)")
         .def(nb::init<double>(), nb::kw_only(), "rho_inf"_a = 0.8)
         .def_prop_ro("rho_inf", &GeneralizedAlpha::rho_inf);
+    nb::class_<SingleStepHoubolt, Integrator>(module, "SingleStepHoubolt", R"(Single-step Houbolt method (Chung & Hulbert 1994).
+
+Annihilates what the step does not resolve. gamma_1 (1/2 … 3/2): 3/2 is second order and equal to
+GeneralizedAlpha(rho_inf=0); the others leave first order, since their velocities are a fraction of a step off.)")
+        .def(nb::init<double>(), nb::kw_only(), "gamma_1"_a = 1.5)
+        .def_prop_ro("gamma_1", &SingleStepHoubolt::gamma_1);
+    nb::class_<Box, Integrator>(module, "Box", R"(Box scheme (Ablow & Schechter 1983): for lumped masses the implicit midpoint rule.
+
+Second order, damps nothing; what the step does not resolve alternates from step to step.)")
+        .def(nb::init<>());
 
     nb::class_<Energy>(module, "Energy", "Mechanical energy of what moves freely, J.")
         .def_ro("kinetic", &Energy::kinetic, "J, added mass included")
