@@ -11,6 +11,8 @@ namespace sim_core {
 /// Solved for the accelerations at the end, in which F is linear: one Newton iteration.
 class ForwardEuler : public SingleSolve {
   public:
+    /// An unstable step makes lines snap: implicit Euler there would hide it.
+    bool damps_snaps() const override { return false; }
     Rates rates(double) const override { return {0.0, 0.0, 1.0}; }
     void predict(State& state, double h) const override;
     void correct(State& state, const std::vector<Vec3>& acceleration, double factor, double h) const override;

@@ -40,6 +40,9 @@ class Integrator {
 
     virtual int substeps() const = 0;
     virtual Substep substep(int index) const = 0;
+
+    /// Whether the simulator may take a step with implicit Euler instead when a line snaps (see Simulator).
+    virtual bool damps_snaps() const { return true; }
 };
 
 /// An integrator whose step is one solution of the equations of motion.

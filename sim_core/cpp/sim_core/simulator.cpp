@@ -117,7 +117,7 @@ void Simulator::step(double t_end, const Motions& motions) {
         remember_tensions();
         NewtonResult result = attempt(state_.damped_steps > 0 ? damped_integrator_ : *integrator_, size, next_time,
                                       motions);
-        const bool snap = result.converged && snapped();
+        const bool snap = result.converged && integrator_->damps_snaps() && snapped();
         if (snap && backup_.damped_steps == 0) {
             state_ = backup_;
             result = attempt(damped_integrator_, size, next_time, motions);

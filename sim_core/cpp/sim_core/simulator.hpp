@@ -33,7 +33,7 @@ struct StepStatistics {
 /// air), the stress wave in it is far beyond the step's resolution, and a scheme that keeps energy or remembers
 /// accelerations turns it into motion that is not there. Such a step is taken again with implicit Euler, and
 /// the next two likewise: momentum is conserved, what the step cannot resolve is damped, as in an inelastic
-/// impact.
+/// impact. An integrator may decline that (Integrator::damps_snaps).
 ///
 /// Not safe for use from several threads at once; use one simulator each.
 class Simulator {

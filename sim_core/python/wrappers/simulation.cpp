@@ -221,7 +221,7 @@ integrator: GeneralizedAlpha(rho_inf=0.8) by default; max_step: s, the largest s
 max_iterations: Newton iterations before a step is halved. Each step that cannot be solved is halved, down to
 max_step/4096, then ConvergenceError is raised and the state stays at the last good instant.
 A step in which a line snaps taut or slack (with a jump in tension above its weight in air) is taken with implicit
-Euler, and the two after it: an impact without rebound.
+Euler, and the two after it: an impact without rebound (not with ForwardEuler, whose instability it would hide).
 The GIL is released while stepping; use each simulator from one thread at a time.)");
     simulator
         .def(
