@@ -62,29 +62,13 @@ def build_model(rig: Rig, segments: int = 0) -> sc.Model:
     _add_depressor(builder, rig.depressor, density)
     builder.add_body("fish", fish_body(rig.fish, density))
     counts = segment_counts(rig, segments)
-    lines = rig.lines
-    builder.add_line(
-        "primary",
-        "tow_point",
-        "junction",
-        line_properties(lines.primary, density),
-        segments=counts["primary"],
-    )
-    builder.add_line(
-        "depressor",
-        "junction",
-        "depressor",
-        line_properties(lines.depressor, density),
-        segments=counts["depressor"],
-    )
-    builder.add_line(
-        "secondary",
-        "junction",
-        "fish",
-        line_properties(lines.secondary, density),
-        segments=counts["secondary"],
-        attachment=rig.fish.tow_point.value,
-    )
+    for name, start, end, attachment in (
+        ("primary", "tow_point", "junction", None),
+        ("depressor", "junction", "depressor", None),
+        ("secondary", "junction", "fish", rig.fish.tow_point.value),
+    ):
+        properties = line_properties(getattr(rig.lines, name), density)
+        builder.add_line(name, start, end, properties, segments=counts[name], attachment=attachment)
     return builder.build()
 
 
