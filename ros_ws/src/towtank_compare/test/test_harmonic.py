@@ -60,6 +60,8 @@ def test_a_dying_swing_leaks_little(periods, phase):
     swing = 40.0 * np.exp(-time / 15.0) * np.cos(2 * np.pi * time / 10.0 + phase)
     harmonic = fit(0.5 * np.cos(angle + 0.7) + swing, angle, periods)
     assert abs(harmonic.value - cmath.rect(0.5, 0.7)) < 0.13
+    if periods == 10:  # the figure that the module's text gives
+        assert abs(harmonic.value - cmath.rect(0.5, 0.7)) < 0.025
 
 
 def test_gaps_change_nothing_but_the_uncertainty():
