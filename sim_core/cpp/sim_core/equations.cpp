@@ -3,47 +3,12 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "rotation.hpp"
 
 namespace sim_core {
 
 namespace {
-
-/// Forces on a point: weight, buoyancy, drag and inertia of a sphere; and what its derivatives need.
-struct PointForce {
-    Vec3 flow;
-    double speed;
-    double fraction;
-    double fraction_z;
-    Vec3 immersed;
-    Vec3 total;
-    double drag;
-};
-
-PointForce point_force(const Model& model, const FreePoint& point, const State& state, int site) {
-    const Water& water = model.water;
-    PointForce f;
-    const double radius = std::cbrt(0.75 / std::numbers::pi * point.volume);
-    const double z = state.position[site].z();
-    if (radius > 0.0) {
-        const Wetness w = wetness(-z / radius);
-        f.fraction = w.fraction;
-        f.fraction_z = -w.slope / radius;
-    } else {
-        f.fraction = z < 0.0 ? 1.0 : 0.0;
-        f.fraction_z = 0.0;
-    }
-    f.flow = water.velocity_at(state.position[site]) - state.velocity[site];
-    f.speed = f.flow.norm();
-    f.drag = 0.5 * water.density * point.drag_area;
-    f.immersed = (f.drag * f.speed) * f.flow - point.added_mass * state.acceleration[site];
-    f.immersed.z() += water.density * water.gravity * point.volume;
-    f.total = f.fraction * f.immersed - point.mass * state.acceleration[site];
-    f.total.z() -= point.mass * water.gravity;
-    return f;
-}
 
 /// How an attached end moves with its body: position, velocity and acceleration of the end per rotation unknown.
 struct AttachedEnd {
@@ -78,6 +43,7 @@ Equations::Equations(std::shared_ptr<const Model> model)
     : model_(std::move(model)),
       solver_(model_->structure),
       segments_(model_->segments.size()),
+      points_(model_->points.size()),
       bodies_(model_->bodies.size()),
       site_force_(model_->sites()),
       residual_(model_->blocks()),
@@ -99,8 +65,12 @@ void Equations::evaluate(const State& state) {
         site_force_[a] += segments_[i].a.force;
         site_force_[b] += segments_[i].b.force;
     }
-    for (const Model::Point& point : m.points) {
-        if (!point.prescribed) site_force_[point.site] += point_force(m, point.properties, state, point.site).total;
+    for (std::size_t i = 0; i < m.points.size(); ++i) {
+        if (m.points[i].prescribed) continue;
+        const int site = m.points[i].site;
+        point_force(m.points[i].properties, m.water, state.position[site], state.velocity[site],
+                    state.acceleration[site], points_[i]);
+        site_force_[site] += points_[i].force;
     }
     for (int i = 0; i < m.free_sites; ++i) residual_[i] = site_force_[i];
     for (std::size_t b = 0; b < m.bodies.size(); ++b) {
@@ -167,15 +137,12 @@ void Equations::assemble(const State& state, const Rates& rates) {
         }
     }
 
-    for (const Model::Point& point : m.points) {
-        if (point.prescribed) continue;
-        const FreePoint& p = point.properties;
-        const PointForce f = point_force(m, p, state, point.site);
-        Mat3& own = J[point.site];
-        const double k = rates.velocity * f.fraction * f.drag;
-        if (f.speed > 0.0) own -= (k / f.speed) * f.flow * f.flow.transpose();
-        own.diagonal().array() -= k * f.speed + rates.acceleration * (p.mass + f.fraction * p.added_mass);
-        own.col(2) += rates.position * f.fraction_z * f.immersed;
+    for (std::size_t i = 0; i < m.points.size(); ++i) {
+        if (m.points[i].prescribed) continue;
+        PointJacobian p;
+        point_jacobian(m.points[i].properties, points_[i], p);
+        J[m.points[i].site] +=
+            rates.position * p.position + rates.velocity * p.velocity + rates.acceleration * p.acceleration;
     }
 
     for (std::size_t b = 0; b < m.bodies.size(); ++b) {

@@ -59,6 +59,7 @@ class Equations {
     std::shared_ptr<const Model> model_;
     BlockSolver solver_;
     std::vector<SegmentCache> segments_;
+    std::vector<PointCache> points_;  ///< those of prescribed points are unused
     std::vector<BodyJacobian> bodies_;
     std::vector<Vec3> site_force_;
     std::vector<Vec3> residual_;

@@ -9,33 +9,13 @@
 
 #include "block_solver.hpp"
 #include "body.hpp"
+#include "line.hpp"
+#include "point.hpp"
 #include "segment.hpp"
 #include "types.hpp"
 #include "water.hpp"
 
 namespace sim_core {
-
-/// A uniform line between two named points.
-struct LineProperties {
-    double length = 0.0;            ///< unstretched, m
-    double diameter = 0.0;          ///< hydrodynamic, m
-    double mass_per_length = 0.0;   ///< kg/m, in air
-    double axial_stiffness = 0.0;   ///< EA, N
-    double axial_damping = 0.0;     ///< N·s: tension per strain rate
-    double normal_drag = 1.2;       ///< Cn on the diameter
-    double tangential_drag = 0.01;  ///< Ct on the skin π d
-    double added_mass = 1.0;        ///< Ca across the line, of π d²/4
-    std::optional<double> displaced_area;  ///< m² for buoyancy; default π d²/4
-    std::optional<double> slack_tension;   ///< N; default 1 % of the line's weight in air
-};
-
-/// A point with mass that moves freely: a junction, or a sphere-like depressor.
-struct FreePoint {
-    double mass = 0.0;        ///< kg
-    double volume = 0.0;      ///< m³
-    double drag_area = 0.0;   ///< Cd A, m²
-    double added_mass = 0.0;  ///< kg, the same in every direction
-};
 
 /// Every place where forces on translations are gathered is a *site*: free nodes first, then prescribed points,
 /// then the places where lines are attached to bodies.

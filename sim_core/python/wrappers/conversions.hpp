@@ -75,6 +75,9 @@ std::vector<Value> per_prescribed_point(const Model& model,
     return values;
 }
 
+void bind_water(nb::module_& module);
+void bind_lines(nb::module_& module);
+void bind_bodies(nb::module_& module);
 void bind_model(nb::module_& module);
 void bind_motion(nb::module_& module);
 void bind_simulation(nb::module_& module);

@@ -11,6 +11,9 @@ NB_MODULE(_core, module) {
         "The equations could not be solved; the message names the place and the time.";
     // Objects that a Python module still holds when the interpreter ends are no leaks of ours.
     nb::set_leak_warnings(false);
+    sim_core::python::bind_water(module);
+    sim_core::python::bind_lines(module);
+    sim_core::python::bind_bodies(module);
     sim_core::python::bind_model(module);
     sim_core::python::bind_motion(module);
     sim_core::python::bind_simulation(module);
