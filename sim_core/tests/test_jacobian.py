@@ -35,11 +35,19 @@ def central_differences(state, rates):
 @pytest.fixture(scope="module")
 def soft_model():
     """All terms in one system of soft lines, so that rounding of large axial forces hides
-    nothing: current, damping, immersion, fins, Munk moment, added mass, a bridle (closed loop)."""
+    nothing: current, damping, drag per axis, a weathervane, immersion, fins, Munk moment, added
+    mass, a bridle (closed loop)."""
     b = sc.ModelBuilder(sc.Water(current=(0.2, -0.1, 0.05)))
     b.add_prescribed_point("top")
-    b.add_free_point("junction", mass=0.2)
-    b.add_free_point("depressor", mass=2.0, volume=0.5e-3, drag_area=0.005, added_mass=0.3)
+    b.add_free_point("junction", mass=0.2, drag_area=(1e-3, 2e-3, 3e-3), added_mass=(0.1, 0.2, 0.3))
+    b.add_weathervane(
+        "depressor",
+        mass=2.0,
+        volume=0.5e-3,
+        drag_area=(0.002, 0.02, 0.01),
+        added_mass=(0.1, 0.9, 0.5),
+        turning_speed=0.4,
+    )
     fins = [
         sc.Fin(position=(-0.4, 0.1, 0.02), normal=n, area=0.01, lift_slope=3.0, stall_angle=0.3)
         for n in ((0, 0, 1), (0.1, 1, 0.3))

@@ -30,7 +30,9 @@ Energy energy(const State& state) {
         if (point.prescribed) continue;
         const FreePoint& p = point.properties;
         const double z = state.position[point.site].z();
-        e.kinetic += 0.5 * (p.mass + immersed(z) * p.added_mass) * state.velocity[point.site].squaredNorm();
+        const Vec3& v = state.velocity[point.site];
+        const Vec3 added_mass = p.resistance(water.velocity_at(state.position[point.site]) - v).added_mass;
+        e.kinetic += 0.5 * (p.mass * v.squaredNorm() + immersed(z) * added_mass.dot(v.cwiseAbs2()));
         e.gravity += (p.mass - immersed(z) * water.density * p.volume) * water.gravity * z;
     }
     for (std::size_t b = 0; b < model.bodies.size(); ++b) {

@@ -140,7 +140,7 @@ void Equations::assemble(const State& state, const Rates& rates) {
     for (std::size_t i = 0; i < m.points.size(); ++i) {
         if (m.points[i].prescribed) continue;
         PointJacobian p;
-        point_jacobian(m.points[i].properties, points_[i], p);
+        point_jacobian(m.points[i].properties, m.water, points_[i], p);
         J[m.points[i].site] +=
             rates.position * p.position + rates.velocity * p.velocity + rates.acceleration * p.acceleration;
     }

@@ -2,6 +2,7 @@
 #include "model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -105,9 +106,23 @@ void ModelBuilder::add_prescribed_point(const std::string& name) {
 
 void ModelBuilder::add_free_point(const std::string& name, const FreePoint& point) {
     require_new_name(name);
-    for (const double value : {point.mass, point.volume, point.drag_area, point.added_mass}) {
-        require(value >= 0.0 && std::isfinite(value), "point '" + name + "'",
-                "mass, volume, drag_area and added_mass must not be below 0");
+    const std::string where = "point '" + name + "'";
+    const auto require_not_negative = [&](const auto& values) {
+        for (const double value : values) {
+            require(value >= 0.0 && std::isfinite(value), where,
+                    "mass, volume, drag_area and added_mass must not be below 0");
+        }
+    };
+    require_not_negative(std::array{point.mass, point.volume});
+    std::visit(
+        [&](const auto& shape) {
+            require_not_negative(shape.drag_area);
+            require_not_negative(shape.added_mass);
+        },
+        point.shape);
+    if (const auto* vane = std::get_if<Weathervane>(&point.shape)) {
+        require(vane->turning_speed > 0.0 && std::isfinite(vane->turning_speed), where,
+                "turning_speed must be above 0");
     }
     points_.push_back({name, false, point});
 }

@@ -6,6 +6,21 @@
 
 namespace sim_core {
 
+Resistance FixedAxes::at(const Vec3& /*flow*/) const { return {drag_area, added_mass, 0.0, 0.0}; }
+
+Resistance Weathervane::at(const Vec3& flow) const {
+    const double turning = turning_speed * turning_speed;
+    const double unturned = turning / (turning + flow.x() * flow.x() + flow.y() * flow.y());
+    const double unturned_slope = -unturned * unturned / turning;
+    const auto horizontal = [&](const Vec3& a) { return a.x() + 0.5 * (a.y() - a.x()) * unturned; };
+    const double area = horizontal(drag_area);
+    const double mass = horizontal(added_mass);
+    return {{area, area, drag_area.z()},
+            {mass, mass, added_mass.z()},
+            0.5 * (drag_area.y() - drag_area.x()) * unturned_slope,
+            0.5 * (added_mass.y() - added_mass.x()) * unturned_slope};
+}
+
 void point_force(const FreePoint& point, const Water& water, const Vec3& position, const Vec3& velocity,
                  const Vec3& acceleration, PointCache& f) {
     const double radius = std::cbrt(0.75 / std::numbers::pi * point.volume);
@@ -19,18 +34,29 @@ void point_force(const FreePoint& point, const Water& water, const Vec3& positio
     }
     f.flow = water.velocity_at(position) - velocity;
     f.speed = f.flow.norm();
-    f.drag = 0.5 * water.density * point.drag_area;
-    f.immersed = (f.drag * f.speed) * f.flow - point.added_mass * acceleration;
+    f.acceleration = acceleration;
+    f.resistance = point.resistance(f.flow);
+    const Resistance& r = f.resistance;
+    f.immersed = 0.5 * water.density * f.speed * r.drag_area.cwiseProduct(f.flow) -
+                 r.added_mass.cwiseProduct(acceleration);
     f.immersed.z() += water.density * water.gravity * point.volume;
     f.force = f.fraction * f.immersed - point.mass * acceleration;
     f.force.z() -= point.mass * water.gravity;
 }
 
-void point_jacobian(const FreePoint& point, const PointCache& f, PointJacobian& jacobian) {
-    const double k = f.fraction * f.drag;
-    jacobian.velocity = (-k * f.speed) * Mat3::Identity();
-    if (f.speed > 0.0) jacobian.velocity -= (k / f.speed) * f.flow * f.flow.transpose();
-    jacobian.acceleration = -(point.mass + f.fraction * point.added_mass) * Mat3::Identity();
+void point_jacobian(const FreePoint& point, const Water& water, const PointCache& f, PointJacobian& jacobian) {
+    const Resistance& r = f.resistance;
+    const double pressure = 0.5 * water.density;
+    Mat3 flow = (pressure * f.speed) * r.drag_area.asDiagonal();
+    if (f.speed > 0.0) flow += (pressure / f.speed) * r.drag_area.cwiseProduct(f.flow) * f.flow.transpose();
+    if (r.drag_area_slope != 0.0 || r.added_mass_slope != 0.0) {
+        const Vec3 level(f.flow.x(), f.flow.y(), 0.0);
+        const Vec3 level_acceleration(f.acceleration.x(), f.acceleration.y(), 0.0);
+        flow += 2.0 * (pressure * f.speed * r.drag_area_slope * level - r.added_mass_slope * level_acceleration) *
+                level.transpose();
+    }
+    jacobian.velocity = -f.fraction * flow;
+    jacobian.acceleration = Mat3((-point.mass - f.fraction * r.added_mass.array()).matrix().asDiagonal());
     jacobian.position.setZero();
     jacobian.position.col(2) = f.fraction_z * f.immersed;
 }

@@ -92,7 +92,7 @@ class FirstGuess {
 
     Vec3 load_of(const FreePoint& p) const {
         const Water& water = model_.water;
-        Vec3 load = 0.5 * water.density * p.drag_area * flow_.norm() * flow_;
+        Vec3 load = 0.5 * water.density * flow_.norm() * p.resistance(flow_).drag_area.cwiseProduct(flow_);
         load.z() += (water.density * p.volume - p.mass) * water.gravity;
         return load;
     }

@@ -33,7 +33,7 @@ std::shared_ptr<const Model> two_part_tow(int segments) {
     ModelBuilder builder{Water{}};
     builder.add_prescribed_point("tow_point");
     builder.add_free_point("junction", {});
-    builder.add_free_point("depressor", {5.25, 0.697e-3, 0.0045, 0.35});
+    builder.add_free_point("depressor", {5.25, 0.697e-3, FixedAxes{Vec3::Constant(0.0045), Vec3::Constant(0.35)}});
     Body fish;
     fish.mass = 12.5;
     fish.inertia = {0.02, 1.8, 1.8};

@@ -36,6 +36,14 @@ inline Vec3 to_vec3(const Triple& t) { return {t[0], t[1], t[2]}; }
 inline std::optional<Vec3> to_vec3(const std::optional<Triple>& t) {
     return t ? std::optional<Vec3>(to_vec3(*t)) : std::nullopt;
 }
+
+/// One number for all axes, or one for each.
+using PerAxis = std::variant<double, Triple>;
+inline Vec3 to_vec3(const PerAxis& p) {
+    if (const double* one = std::get_if<double>(&p)) return Vec3::Constant(*one);
+    return to_vec3(std::get<Triple>(p));
+}
+
 inline Triple to_triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;

@@ -51,10 +51,27 @@ Raises InvalidInput (a ValueError) naming the part for impossible values and unk
              "Add a point that moves as prescribed: a tow point or an anchor.")
         .def(
             "add_free_point",
-            [](ModelBuilder& self, const std::string& name, double mass, double volume, double drag_area,
-               double added_mass) { self.add_free_point(name, {mass, volume, drag_area, added_mass}); },
+            [](ModelBuilder& self, const std::string& name, double mass, double volume, const PerAxis& drag_area,
+               const PerAxis& added_mass) {
+                self.add_free_point(name, {mass, volume, FixedAxes{to_vec3(drag_area), to_vec3(added_mass)}});
+            },
             "name"_a, nb::kw_only(), "mass"_a = 0.0, "volume"_a = 0.0, "drag_area"_a = 0.0, "added_mass"_a = 0.0,
-            "Add a free point: mass kg, volume m³, drag_area Cd·A m², added_mass kg. A sphere as far as immersion counts.")
+            "Add a free point: mass kg, volume m³, drag_area Cd·A m², added_mass kg.\n\n"
+            "drag_area and added_mass: one number (a sphere) or (3,) along the tank axes; the drag along axis i is\n"
+            "½ρ A_i |u| u_i with the flow u past the point. A sphere as far as immersion counts.")
+        .def(
+            "add_weathervane",
+            [](ModelBuilder& self, const std::string& name, double mass, double volume, const Triple& drag_area,
+               const Triple& added_mass, double turning_speed) {
+                self.add_free_point(
+                    name, {mass, volume, Weathervane{to_vec3(drag_area), to_vec3(added_mass), turning_speed}});
+            },
+            "name"_a, nb::kw_only(), "mass"_a, "volume"_a, "drag_area"_a, "added_mass"_a = Triple{},
+            "turning_speed"_a = 0.05,
+            "Add a depressor with a fin: a free point that turns its axis into the horizontal flow.\n\n"
+            "mass: kg; volume: m³; drag_area: Cd·A m² and added_mass: kg along the axis, across it and vertical;\n"
+            "turning_speed: m/s, below which the flow does not turn it and the mean of along and across counts.\n"
+            "There is no sideslip: the fin is taken to be fast.")
         .def("add_body", &ModelBuilder::add_body, "name"_a, "body"_a, "Add a rigid body.")
         .def(
             "add_line",
