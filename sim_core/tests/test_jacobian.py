@@ -32,6 +32,13 @@ def central_differences(state, rates):
     return np.column_stack(columns)
 
 
+def full_added_mass():
+    """A symmetric matrix without zeros: that of a body that is not symmetric."""
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(6, 6)))[0]
+    scale = np.diag([1.0, 2.0, 2.2, 0.1, 0.5, 0.6])
+    return scale @ turn @ np.diag([0.5, 0.7, 0.9, 1.0, 1.2, 1.5]) @ turn.T @ scale
+
+
 @pytest.fixture(scope="module")
 def soft_model():
     """All terms in one system of soft lines, so that rounding of large axial forces hides
@@ -54,12 +61,13 @@ def soft_model():
     ]
     fish = sc.Body(
         mass=5.0,
-        inertia=(0.2, 0.6, 0.7),
+        inertia=[[0.2, 0.03, -0.02], [0.03, 0.6, 0.01], [-0.02, 0.01, 0.7]],
         centre_of_gravity=(0.02, -0.01, -0.03),
         volume=5e-3,
+        centre_of_buoyancy=(0.01, 0.005, 0.02),
         diameter=0.1,
         length=1.0,
-        added_mass=(0.5, 4, 5, 0.01, 0.3, 0.4),
+        added_mass=full_added_mass(),
         axial_drag=0.5,
         cross_flow_drag=1.1,
         munk_moment=0.7,

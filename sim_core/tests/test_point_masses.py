@@ -136,7 +136,8 @@ def test_drag_and_added_mass_along_tank_axes():
 )
 def test_weathervane_faces_the_flow(heading, speed, drift):
     """Whatever way it is towed and the water flows, the drag is that along the axis, in the
-    direction of the relative flow. Exact but for (turning_speed/speed)² of the difference of the areas."""
+    direction of the relative flow. Exact but for (turning_speed/speed)² of the difference
+    of the areas."""
     model = vane(turning_speed=1e-4, current=(*drift, 0.0))
     flow = speed * np.array([math.cos(heading), math.sin(heading), 0.0])
     force = force_on(model, np.array([*drift, 0.0]) - flow)

@@ -35,6 +35,13 @@ struct WrenchWithDerivatives {
     }
 };
 
+template <class Require>
+void require_mass_matrix(const Mat6& matrix, const char* what, Require require) {
+    require(matrix.allFinite() && matrix.isApprox(matrix.transpose(), 1e-9), what);
+    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(matrix, Eigen::EigenvaluesOnly);
+    require(eigen.eigenvalues().minCoeff() >= -1e-9 * matrix.cwiseAbs().maxCoeff(), what);
+}
+
 }  // namespace
 
 BodyForce::BodyForce(const std::string& name, const Body& body, const Water& water) : body_(body) {
@@ -47,9 +54,11 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
     require(body.axial_drag >= 0.0 && body.cross_flow_drag >= 0.0, "drag coefficients must not be below 0");
     require(body.munk_moment >= 0.0 && body.munk_moment <= 1.0, "munk_moment must lie between 0 and 1");
     require(body.strips >= 1, "strips must be at least 1");
-    for (const double added : body.added_mass) require(added >= 0.0, "added_mass must not be below 0");
+    require_mass_matrix(body.added_mass, "added_mass must be symmetric and without negative eigenvalues", require);
+    require(body.inertia.isApprox(body.inertia.transpose(), 1e-9), "inertia must be symmetric");
+    require(body.centre_of_buoyancy.allFinite(), "centre_of_buoyancy must be finite");
     const Vec3& g = body.centre_of_gravity;
-    const Mat3 about_cg = Mat3(body.inertia.asDiagonal()) -
+    const Mat3 about_cg = body.inertia -
                           body.mass * (g.squaredNorm() * Mat3::Identity() - g * g.transpose());
     require(Eigen::SelfAdjointEigenSolver<Mat3>(about_cg).eigenvalues().minCoeff() > 0.0,
             "inertia about the origin is too small for the mass and centre_of_gravity");
@@ -62,8 +71,6 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
         require(fin.normal.norm() > 1e-6, "a fin's normal must not be zero");
         fins_.emplace_back(fin, water.density);
     }
-    added_mass_ = {body.added_mass[0], body.added_mass[1], body.added_mass[2]};
-    added_inertia_ = {body.added_mass[3], body.added_mass[4], body.added_mass[5]};
     strip_length_ = body.length / body.strips;
     strip_drag_ = 0.5 * water.density * body.cross_flow_drag * body.diameter * strip_length_;
     strip_buoyancy_ = water.density * water.gravity * body.volume / body.strips;
@@ -88,18 +95,18 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     const Mat3 C = skew(c);
     const Vec3 weight = -m * water.gravity * up;
     const Vec3 spin = w.cross(c);
-    const Vec3 Iw = body_.inertia.cwiseProduct(w);
+    const Vec3 Iw = body_.inertia * w;
     s.force = weight - m * (a + alpha.cross(c) + w.cross(spin));
-    s.moment = c.cross(weight - m * a) - body_.inertia.cwiseProduct(alpha) - w.cross(Iw);
+    s.moment = c.cross(weight - m * a) - body_.inertia * alpha - w.cross(Iw);
     const Mat3 weight_turn = -m * water.gravity * skew(up);
     s.force_turn += weight_turn;
     s.moment_turn += C * weight_turn;
     s.force_a = -m * Mat3::Identity();
     s.moment_a = -m * C;
     s.force_alpha = m * C;
-    s.moment_alpha = -Mat3(body_.inertia.asDiagonal());
+    s.moment_alpha = -body_.inertia;
     s.force_w = m * (skew(spin) + W * C);
-    s.moment_w = skew(Iw) - W * body_.inertia.asDiagonal();
+    s.moment_w = skew(Iw) - W * body_.inertia;
 
     // Strips along the hull: buoyancy and cross-flow drag with the local flow
     double wet = 0.0;        // mean immersed fraction
@@ -145,17 +152,18 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
         }
         wet += share * strip.fraction;
         const Vec3 at(x, 0.0, 0.0);
+        const Vec3 displaced_at = at + body_.centre_of_buoyancy;
         const Vec3 buoyancy = strip_buoyancy_ * up;
         s.force += strip.fraction * buoyancy;
-        s.moment += strip.fraction * at.cross(buoyancy);
+        s.moment += strip.fraction * displaced_at.cross(buoyancy);
         const Mat3 buoyancy_turn = strip.fraction * strip_buoyancy_ * skew(up);
         s.force_turn += buoyancy_turn;
-        s.moment_turn += skew(at) * buoyancy_turn;
+        s.moment_turn += skew(displaced_at) * buoyancy_turn;
         if (strip.slope != 0.0) {
             const double slope = -strip.slope * inverse_radius;
             const Vec3 z_turn = at.cross(up);  // d(R at)_z = up · (δφ × at) = δφ · (at × up)
-            const Vec3 full = buoyancy + strip_drag_ * speed * Vec3(0.0, u_y, u_z);
-            s.add_wetted(at, full, slope, z_turn);
+            s.add_wetted(displaced_at, buoyancy, slope, z_turn);
+            s.add_wetted(at, strip_drag_ * speed * Vec3(0.0, u_y, u_z), slope, z_turn);
             wet_z += share * slope;
             wet_turn += share * slope * z_turn;
         }
@@ -163,22 +171,28 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
 
     // Axial drag and added mass, with the mean immersed fraction
     const double k = body_.munk_moment;
-    const Vec3 P = added_mass_.cwiseProduct(v);
-    const Vec3 Q = added_inertia_.cwiseProduct(w);
-    const Mat3 Ma = added_mass_.asDiagonal();
-    const Mat3 Ja = added_inertia_.asDiagonal();
+    const Mat3 Ma = body_.added_mass.topLeftCorner<3, 3>();
+    const Mat3 Da = body_.added_mass.bottomLeftCorner<3, 3>();
+    const Mat3 Ja = body_.added_mass.bottomRightCorner<3, 3>();
     const Mat3 V = skew(v);
-    Vec3 hull_force = k * (added_mass_.cwiseProduct(w.cross(v)) - w.cross(P)) - added_mass_.cwiseProduct(a);
+    const Vec3 P = Ma * v + Da.transpose() * w;  // impulse of the water
+    const Vec3 Dv = Da * v;
+    const Vec3 Jw = Ja * w;
+    const Vec3 turning = w.cross(v);  // the water's impulse changes with v̇ = a − turning, seen from the body
+    Vec3 hull_force = k * (Ma * turning - w.cross(P)) - Ma * a - Da.transpose() * alpha;
     hull_force.x() -= axial_drag_ * std::abs(v.x()) * v.x();
-    const Vec3 hull_moment = -added_inertia_.cwiseProduct(alpha) - w.cross(Q) - k * v.cross(P);
+    const Vec3 hull_moment =
+        k * (Da * turning - w.cross(Dv) - v.cross(P)) - w.cross(Jw) - Da * a - Ja * alpha;
     s.force += wet * hull_force;
     s.moment += wet * hull_moment;
     s.force_v += (wet * k) * (Ma * W - W * Ma);
     s.force_v(0, 0) -= wet * 2.0 * axial_drag_ * std::abs(v.x());
-    s.force_w += (wet * k) * (skew(P) - Ma * V);
-    s.moment_v += (wet * k) * (skew(P) - V * Ma);
-    s.moment_w += wet * (skew(Q) - W * Ja);
+    s.force_w += (wet * k) * (skew(P) - Ma * V - W * Da.transpose());
+    s.moment_v += (wet * k) * (Da * W - W * Da + skew(P) - V * Ma);
+    s.moment_w += (wet * k) * (skew(Dv) - Da * V - V * Da.transpose()) + wet * (skew(Jw) - W * Ja);
     s.force_a -= wet * Ma;
+    s.force_alpha -= wet * Da.transpose();
+    s.moment_a -= wet * Da;
     s.moment_alpha -= wet * Ja;
     s.force_z += wet_z * hull_force;
     s.moment_z += wet_z * hull_moment;

@@ -2,7 +2,6 @@
 // The tow-fish: a rigid body with six degrees of freedom in water (Kirchhoff's equations).
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -12,20 +11,23 @@
 
 namespace sim_core {
 
-/// Description of a body. Body axes: x forward, y to port, z up; origin at mid-hull, which is the
-/// centre of buoyancy. The hull is a straight cylinder of `length` and `diameter` about the x axis.
+/// Description of a body. Body axes: x forward, y to port, z up; origin at mid-hull. The hull is a straight cylinder of
+/// `length` and `diameter` about the x axis. What the hull encloses, water included, belongs to it: it adds to mass,
+/// inertia and volume alike, and does not run out where the hull leaves the water.
 struct Body {
     double mass = 0.0;                          ///< kg, enclosed water included
-    Vec3 inertia = Vec3::Zero();                ///< Ixx, Iyy, Izz about the origin, kg·m²
+    Mat3 inertia = Mat3::Zero();                ///< about the origin, kg·m²
     Vec3 centre_of_gravity = Vec3::Zero();      ///< m
-    double volume = 0.0;                        ///< m³, envelope; buoyancy acts at the origin
+    double volume = 0.0;                        ///< m³, enclosed water included
+    Vec3 centre_of_buoyancy = Vec3::Zero();     ///< m
     double diameter = 0.0;                      ///< m
     double length = 0.0;                        ///< m
-    std::array<double, 6> added_mass{};         ///< diagonal: x, y, z (kg); roll, pitch, yaw (kg·m²)
+    /// Symmetric, about the origin, for (velocity, angular velocity) in body axes: [M Dᵀ; D J], in kg, kg·m, kg·m².
+    Mat6 added_mass = Mat6::Zero();
     double axial_drag = 0.0;                    ///< coefficient on the frontal area π d²/4
     double cross_flow_drag = 0.0;               ///< coefficient on d·dx of each strip
     /// Share of the convective part of the added-mass wrench, from 0 to 1. At 1 Kirchhoff's equations
-    /// hold in full, Munk moment included. At 0 the added mass resists the acceleration of each part of the hull
+    /// hold in full, Munk moment included. At 0 the added mass resists acceleration
     /// in tank axes and nothing else (Morison's form): neither the Munk moment nor the forces that come with it.
     double munk_moment = 1.0;
     int strips = 20;                            ///< along the hull, for cross-flow drag and immersion
@@ -66,8 +68,6 @@ class BodyForce {
   private:
     Body body_;
     std::vector<FinForce> fins_;
-    Vec3 added_mass_;
-    Vec3 added_inertia_;
     double strip_length_;
     double strip_drag_;      ///< ½ρ Cd d Δx, N/(m/s)²
     double strip_buoyancy_;  ///< N

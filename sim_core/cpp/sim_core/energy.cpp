@@ -42,13 +42,14 @@ Energy energy(const State& state) {
         const Vec3 v = attitude.conjugate() * state.velocity[entry];
         const Vec3& w = state.velocity[entry + 1];
         const double z = state.position[entry].z();
-        const Vec3 added_mass(body.added_mass[0], body.added_mass[1], body.added_mass[2]);
-        const Vec3 added_inertia(body.added_mass[3], body.added_mass[4], body.added_mass[5]);
-        e.kinetic += 0.5 * (body.mass * v.squaredNorm() + body.inertia.dot(w.cwiseAbs2())) +
+        Eigen::Matrix<double, 6, 1> motion;
+        motion << v, w;
+        e.kinetic += 0.5 * (body.mass * v.squaredNorm() + w.dot(body.inertia * w)) +
                      body.mass * v.dot(w.cross(body.centre_of_gravity)) +
-                     0.5 * immersed(z) * (added_mass.dot(v.cwiseAbs2()) + added_inertia.dot(w.cwiseAbs2()));
+                     0.5 * immersed(z) * motion.dot(body.added_mass * motion);
         const double cg_z = z + (attitude * body.centre_of_gravity).z();
-        e.gravity += body.mass * water.gravity * cg_z - immersed(z) * water.density * water.gravity * body.volume * z;
+        const double cb_z = z + (attitude * body.centre_of_buoyancy).z();
+        e.gravity += body.mass * water.gravity * cg_z - immersed(z) * water.density * water.gravity * body.volume * cb_z;
     }
     return e;
 }

@@ -36,12 +36,12 @@ std::shared_ptr<const Model> two_part_tow(int segments) {
     builder.add_free_point("depressor", {5.25, 0.697e-3, FixedAxes{Vec3::Constant(0.0045), Vec3::Constant(0.35)}});
     Body fish;
     fish.mass = 12.5;
-    fish.inertia = {0.02, 1.8, 1.8};
+    fish.inertia = Vec3(0.02, 1.8, 1.8).asDiagonal();
     fish.centre_of_gravity = {0.0, 0.0, -0.01};
     fish.volume = 0.0125;
     fish.diameter = 0.11;
     fish.length = 1.3;
-    fish.added_mass = {0.6, 12.5, 12.5, 0.0, 1.7, 1.7};
+    fish.added_mass.diagonal() << 0.6, 12.5, 12.5, 0.0, 1.7, 1.7;
     fish.axial_drag = 1.0;
     fish.cross_flow_drag = 1.1;
     for (const double side : {-0.1, 0.1}) {

@@ -41,6 +41,20 @@ from sim_core._core import (
     energy,
     steady_tow,
 )
+from sim_core.added_mass import (
+    LambCoefficients,
+    about_origin,
+    fin_added_mass,
+    hull_added_mass,
+    lamb_coefficients,
+)
+from sim_core.mass_properties import (
+    MassProperties,
+    Part,
+    cylinder_gyration,
+    enclosed_water,
+    mass_properties,
+)
 from sim_core.result import BodyHistory, LineHistory, PointHistory, Result
 from sim_core.running import run
 
@@ -57,13 +71,16 @@ __all__ = [
     "GeneralizedAlpha",
     "Integrator",
     "InvalidInput",
+    "LambCoefficients",
     "LineHistory",
     "LineProperties",
+    "MassProperties",
     "Model",
     "ModelBuilder",
     "Motion",
     "MotionSample",
     "Newmark",
+    "Part",
     "PointHistory",
     "Result",
     "Simulator",
@@ -74,7 +91,14 @@ __all__ = [
     "SteadyTow",
     "TimeSeries",
     "Water",
+    "about_origin",
+    "cylinder_gyration",
+    "enclosed_water",
     "energy",
+    "fin_added_mass",
+    "hull_added_mass",
+    "lamb_coefficients",
+    "mass_properties",
     "run",
     "steady_tow",
 ]

@@ -32,10 +32,12 @@ Lift ½ρS a sin α cos α v² up to stall, drag ½ρS (drag v² along the flow,
 
     nb::class_<Body>(module, "Body", R"(A rigid body with six degrees of freedom, a tow-fish.
 
-Body axes: x forward, y to port, z up; the origin is mid-hull and the centre of buoyancy.
-mass: kg, enclosed water included; inertia: (Ixx, Iyy, Izz) kg·m² about the origin (enclosed water included);
-centre_of_gravity: (3,) m; volume: m³ envelope; diameter, length: m of the hull, a straight cylinder;
-added_mass: (x, y, z in kg, roll, pitch, yaw in kg·m²), diagonal;
+Body axes: x forward, y to port, z up; the origin is mid-hull.
+mass: kg, enclosed water included; inertia: kg·m² about the origin (enclosed water included), (Ixx, Iyy, Izz) or a
+(3, 3) matrix; centre_of_gravity, centre_of_buoyancy: (3,) m; volume: m³, enclosed water included
+(mass_properties() adds up parts); diameter, length: m of the hull, a straight cylinder;
+added_mass: about the origin, its diagonal (x, y, z in kg, roll, pitch, yaw in kg·m²) or a symmetric (6, 6) matrix
+(hull_added_mass() and fin_added_mass() make one);
 axial_drag: coefficient on π d²/4; cross_flow_drag: coefficient on the side area, integrated over `strips` strips
 with the local cross-flow (which gives pitch and yaw damping);
 munk_moment: 0 … 1, the share of the convective part of the added-mass wrench. 1: Kirchhoff's equations, whose
@@ -44,22 +46,35 @@ the Munk moment nor the forces that belong to it.
 fins: list of Fin.)")
         .def(
             "__init__",
-            [](Body* self, double mass, const Triple& inertia, const Triple& centre_of_gravity, double volume,
-               double diameter, double length, const std::array<double, 6>& added_mass, double axial_drag,
-               double cross_flow_drag, double munk_moment, const std::vector<Fin>& fins, int strips) {
-                new (self) Body{mass,       to_vec3(inertia), to_vec3(centre_of_gravity), volume,      diameter, length,
-                                added_mass, axial_drag,       cross_flow_drag,            munk_moment, strips,   fins};
+            [](Body* self, double mass, const SquareArgument<3>& inertia, const Triple& centre_of_gravity,
+               double volume, const Triple& centre_of_buoyancy, double diameter, double length,
+               const SquareArgument<6>& added_mass, double axial_drag, double cross_flow_drag, double munk_moment,
+               const std::vector<Fin>& fins, int strips) {
+                new (self) Body{mass,
+                                to_matrix<3>(inertia),
+                                to_vec3(centre_of_gravity),
+                                volume,
+                                to_vec3(centre_of_buoyancy),
+                                diameter,
+                                length,
+                                to_matrix<6>(added_mass),
+                                axial_drag,
+                                cross_flow_drag,
+                                munk_moment,
+                                strips,
+                                fins};
             },
-            nb::kw_only(), "mass"_a, "inertia"_a, "centre_of_gravity"_a = Triple{}, "volume"_a, "diameter"_a,
-            "length"_a, "added_mass"_a = std::array<double, 6>{}, "axial_drag"_a, "cross_flow_drag"_a,
-            "munk_moment"_a = 1.0, "fins"_a = std::vector<Fin>{}, "strips"_a = 20)
+            nb::kw_only(), "mass"_a, "inertia"_a, "centre_of_gravity"_a = Triple{}, "volume"_a,
+            "centre_of_buoyancy"_a = Triple{}, "diameter"_a, "length"_a, "added_mass"_a = std::array<double, 6>{},
+            "axial_drag"_a, "cross_flow_drag"_a, "munk_moment"_a = 1.0, "fins"_a = std::vector<Fin>{}, "strips"_a = 20)
         .def_ro("mass", &Body::mass)
-        .def_ro("inertia", &Body::inertia)
+        .def_ro("inertia", &Body::inertia, "(3, 3) kg·m²")
         .def_ro("centre_of_gravity", &Body::centre_of_gravity)
         .def_ro("volume", &Body::volume)
+        .def_ro("centre_of_buoyancy", &Body::centre_of_buoyancy)
         .def_ro("diameter", &Body::diameter)
         .def_ro("length", &Body::length)
-        .def_ro("added_mass", &Body::added_mass)
+        .def_ro("added_mass", &Body::added_mass, "(6, 6) kg, kg·m, kg·m²")
         .def_ro("axial_drag", &Body::axial_drag)
         .def_ro("cross_flow_drag", &Body::cross_flow_drag)
         .def_ro("munk_moment", &Body::munk_moment)

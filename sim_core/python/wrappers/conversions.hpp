@@ -46,6 +46,26 @@ inline Vec3 to_vec3(const PerAxis& p) {
 
 inline Triple to_triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
+/// A square matrix as Python gives it: its diagonal, or its rows.
+template <std::size_t size>
+using SquareArgument = std::variant<std::array<double, size>, std::array<std::array<double, size>, size>>;
+
+template <std::size_t size>
+Eigen::Matrix<double, static_cast<int>(size), static_cast<int>(size)> to_matrix(const SquareArgument<size>& given) {
+    Eigen::Matrix<double, static_cast<int>(size), static_cast<int>(size)> matrix;
+    matrix.setZero();
+    for (std::size_t i = 0; i < size; ++i) {
+        if (const auto* diagonal = std::get_if<std::array<double, size>>(&given)) {
+            matrix(i, i) = (*diagonal)[i];
+        } else {
+            for (std::size_t j = 0; j < size; ++j) {
+                matrix(i, j) = std::get<std::array<std::array<double, size>, size>>(given)[i][j];
+            }
+        }
+    }
+    return matrix;
+}
+
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// The constant model as Python holds it; states and simulators share it.
