@@ -57,6 +57,7 @@ from sim_core.mass_properties import (
 )
 from sim_core.result import BodyHistory, LineHistory, PointHistory, Result
 from sim_core.running import run
+from sim_core.system import FreePoint, Line, PrescribedPoint, System, Weathervane
 
 __all__ = [
     "HHT",
@@ -68,10 +69,12 @@ __all__ = [
     "Energy",
     "Fin",
     "ForwardEuler",
+    "FreePoint",
     "GeneralizedAlpha",
     "Integrator",
     "InvalidInput",
     "LambCoefficients",
+    "Line",
     "LineHistory",
     "LineProperties",
     "MassProperties",
@@ -82,6 +85,7 @@ __all__ = [
     "Newmark",
     "Part",
     "PointHistory",
+    "PrescribedPoint",
     "Result",
     "Simulator",
     "SingleStepHoubolt",
@@ -89,8 +93,10 @@ __all__ = [
     "SliderCrank",
     "State",
     "SteadyTow",
+    "System",
     "TimeSeries",
     "Water",
+    "Weathervane",
     "about_origin",
     "cylinder_gyration",
     "enclosed_water",

@@ -40,7 +40,8 @@ class BodyHistory:
         arm = np.asarray(place, dtype=float)
         # q v q*, written out: v + 2 w (u × v) + 2 u × (u × v)
         cross = np.cross(vector, arm)
-        return self.position + arm + 2.0 * (w * cross + np.cross(vector, cross))
+        place_in_tank: Array = self.position + arm + 2.0 * (w * cross + np.cross(vector, cross))
+        return place_in_tank
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def run(
         state,
         integrator=integrator,
         max_step=max_step,
-        **({} if newton_tolerance is None else {"newton_tolerance": newton_tolerance}),
+        **({} if newton_tolerance is None else {"newton_tolerance": newton_tolerance}),  # type: ignore[arg-type]
     )
     laws = motion if isinstance(motion, Motion) else dict(motion)
     arrays = _record_run(simulator, laws, t_end, output_step)
@@ -64,8 +64,8 @@ def _steady_start(model: Model, motion: Motion | Mapping[str, Motion]) -> State:
     if isinstance(motion, Motion):
         sample = motion(0.0)
         vx, vy, _ = sample.velocity
-        return steady_tow(model, position=sample.position, velocity=(vx, vy, 0.0))
+        return steady_tow(model, position=sample.position.tolist(), velocity=(vx, vy, 0.0))
     samples = {name: law(0.0) for name, law in motion.items()}
     vx, vy, _ = next(iter(samples.values())).velocity
-    positions = {name: sample.position for name, sample in samples.items()}
+    positions = {name: sample.position.tolist() for name, sample in samples.items()}
     return steady_tow(model, position=positions, velocity=(vx, vy, 0.0))

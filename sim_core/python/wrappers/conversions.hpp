@@ -109,5 +109,6 @@ void bind_bodies(nb::module_& module);
 void bind_model(nb::module_& module);
 void bind_motion(nb::module_& module);
 void bind_simulation(nb::module_& module);
+void bind_values(nb::module_& module);
 
 }  // namespace sim_core::python

@@ -17,4 +17,5 @@ NB_MODULE(_core, module) {
     sim_core::python::bind_model(module);
     sim_core::python::bind_motion(module);
     sim_core::python::bind_simulation(module);
+    sim_core::python::bind_values(module);
 }

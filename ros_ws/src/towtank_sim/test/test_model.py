@@ -13,6 +13,7 @@ from towtank_sim.model import (
     LINES,
     ModelError,
     build_model,
+    describe_tow,
     fish_body,
     line_properties,
     segment_counts,
@@ -111,6 +112,12 @@ def test_fins_add_mass_but_no_munk_moment(nit_calicut):
     assert body.munk_moment * (added_mass[2] - axial) == pytest.approx(
         fish.munk_moment.value * (lateral - axial), rel=1e-12
     )
+
+
+def test_a_changed_copy_of_a_rigs_tow_is_what_the_changed_rig_gives(nit_calicut):
+    changed = describe_tow(nit_calicut).replace({"lines.primary.properties.length": 1.4})
+    assert changed == describe_tow(nit_calicut.replace({"lines.primary.length": 1.4}))
+    assert changed != describe_tow(nit_calicut)
 
 
 # ---------------------------------------------------------------------------------- at rest

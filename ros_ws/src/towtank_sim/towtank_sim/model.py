@@ -48,28 +48,47 @@ def segment_counts(rig: Rig, segments: int) -> dict[str, int]:
     return dict(zip(lines, shares, strict=True))
 
 
-def build_model(rig: Rig, segments: int = 0) -> sc.Model:
-    """Return the model of the rig's tow.
+def describe_tow(rig: Rig, segments: int = 0) -> sc.System:
+    """Return the description of the rig's tow, to be changed and built.
 
     Its points are tow_point (prescribed), junction and depressor (free), its body is fish, its
     lines primary, depressor and secondary, each from the point nearer to the carriage to the
-    farther one. segments: see `segment_counts`. Raises ModelError, or sim_core's InvalidInput.
+    farther one. segments: see `segment_counts`. Raises ModelError.
     """
     density = rig.water.density.value
-    builder = sc.ModelBuilder(water=sc.Water(density=density, gravity=rig.water.gravity.value))
-    builder.add_prescribed_point("tow_point")
-    builder.add_free_point("junction", mass=0.0, volume=0.0, drag_area=0.0, added_mass=0.0)
-    _add_depressor(builder, rig.depressor, density)
-    builder.add_body("fish", fish_body(rig.fish, density))
     counts = segment_counts(rig, segments)
-    for name, start, end, attachment in (
-        ("primary", "tow_point", "junction", None),
-        ("depressor", "junction", "depressor", None),
-        ("secondary", "junction", "fish", rig.fish.tow_point.value),
-    ):
-        properties = line_properties(getattr(rig.lines, name), density)
-        builder.add_line(name, start, end, properties, segments=counts[name], attachment=attachment)
-    return builder.build()
+    tow_point = rig.fish.tow_point.value
+    return sc.System(
+        water=sc.Water(density=density, gravity=rig.water.gravity.value),
+        points={
+            "tow_point": sc.PrescribedPoint(),
+            "junction": sc.FreePoint(),
+            "depressor": depressor_point(rig.depressor, density),
+        },
+        bodies={"fish": fish_body(rig.fish, density)},
+        lines={
+            name: sc.Line(
+                start,
+                end,
+                line_properties(getattr(rig.lines, name), density),
+                segments=counts[name],
+                attachment=tow_point if end == "fish" else None,
+            )
+            for name, start, end in (
+                ("primary", "tow_point", "junction"),
+                ("depressor", "junction", "depressor"),
+                ("secondary", "junction", "fish"),
+            )
+        },
+    )
+
+
+def build_model(rig: Rig, segments: int = 0) -> sc.Model:
+    """Return the model of what `describe_tow` describes.
+
+    Raises ModelError, or sim_core's InvalidInput.
+    """
+    return describe_tow(rig, segments).build()
 
 
 def line_properties(line: Line, density: float) -> sc.LineProperties:
@@ -88,11 +107,11 @@ def line_properties(line: Line, density: float) -> sc.LineProperties:
     )
 
 
-def _add_depressor(builder: sc.ModelBuilder, depressor: Depressor, density: float) -> None:
+def depressor_point(depressor: Depressor, density: float) -> sc.FreePoint:
+    """Return the depressor, a sphere whose volume follows from its two weights."""
     mass = depressor.mass.value
     displaced_mass = mass - depressor.apparent_mass_in_water.value
-    builder.add_free_point(
-        "depressor",
+    return sc.FreePoint(
         mass=mass,
         volume=displaced_mass / density,
         drag_area=depressor.drag.value * math.pi / 4 * depressor.diameter.value**2,
