@@ -21,7 +21,9 @@ TOW = sc.System(
     bodies={"fish": FISH},
     lines={
         "cable": sc.Line("tow_point", "depressor", CABLE, segments=4),
-        "tail": sc.Line("depressor", "fish", CABLE, segments=3, attachment=(0.5, 0, 0)),
+        "tail": sc.SectionedLine(
+            "depressor", "fish", sections=((CABLE, 2), (CABLE, 1)), attachment=(0.5, 0, 0)
+        ),
     },
 )
 PARTS = [
@@ -31,7 +33,7 @@ PARTS = [
     FISH,
     sc.FreePoint(mass=1.0, drag_area=(0.1, 0.2, 0.3)),
     sc.Weathervane(mass=5.0, volume=1e-3, drag_area=(0.01, 0.1, 0.02)),
-    TOW.lines["cable"],
+    *TOW.lines.values(),
     TOW,
 ]
 
@@ -130,7 +132,8 @@ def test_builds_the_model_that_the_builder_makes():
     b.add_free_point("depressor", mass=6.2, volume=7e-4)
     b.add_body("fish", FISH)
     b.add_line("cable", "tow_point", "depressor", CABLE, segments=4)
-    b.add_line("tail", "depressor", "fish", CABLE, segments=3, attachment=(0.5, 0, 0))
+    sections = ((CABLE, 2), (CABLE, 1))
+    b.add_line("tail", "depressor", "fish", sections=sections, attachment=(0.5, 0, 0))
     tows = [
         sc.steady_tow(model, position=(0, 0, -1), velocity=(1, 0, 0))
         for model in (b.build(), TOW.build())

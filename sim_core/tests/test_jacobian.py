@@ -111,6 +111,68 @@ def test_matches_differences_with_all_terms(soft_model, height, seed, stretch, r
     assert np.abs(analytic - numeric).max() < 2e-6 * scale
 
 
+@pytest.fixture(scope="module")
+def bending_model():
+    """Springs at inner nodes and at clamped ends on a prescribed point and on bodies, a single
+    segment between two bodies among them, in lines of unequal sections."""
+    b = sc.ModelBuilder(sc.Water())
+    b.add_prescribed_point("top")
+    for name in ("fish", "other"):
+        body = sc.Body(
+            mass=5.0, inertia=(0.2, 0.6, 0.7), volume=5e-3, diameter=0.1, length=1.0,
+            axial_drag=0.5, cross_flow_drag=1.1, strips=1,
+        )  # fmt: skip
+        b.add_body(name, body)
+
+    def part(length, EI):
+        return sc.LineProperties(
+            length=length, diameter=0.02, mass_per_length=0.5, axial_stiffness=100.0,
+            bending_stiffness=EI, slack_tension=3.0,
+        )  # fmt: skip
+
+    b.add_line(
+        "line", "top", "fish", sections=[(part(0.5, 3.0), 2), (part(0.2, 1.0), 1)],
+        attachment=(0.5, 0.02, 0.05), start_direction=(0.3, 0.1, -1), end_direction=(-1, 0.2, 0),
+    )  # fmt: skip
+    b.add_line(
+        "link", "fish", "other", part(0.4, 2.0), segments=1,
+        start_attachment=(-0.3, 0, 0.05), attachment=(0.5, 0, 0),
+        start_direction=(-1, 0, 0.2), end_direction=(-1, 0.3, 0),
+    )  # fmt: skip
+    return b.build()
+
+
+def straight_bodies(model):
+    """Both lines of bending_model nearly unstrained and bodies level."""
+    state = sc.State(model)
+    state.set_point("top", (0, 0, -2))
+    state.set_line_node("line", 1, (0.08, 0.03, -2.23))
+    state.set_line_node("line", 2, (0.1, 0.05, -2.48))
+    state.set_body("fish", (-0.5, 0, -2.7))
+    state.set_body("other", (-1.6, 0.1, -2.6), (1, 0, 0.1, 0))
+    return state
+
+
+@settings(
+    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    stretch=st.sampled_from([1e-4, 0.03, 0.3]),  # nearly straight, bent, folded
+    rates=st.sampled_from([(1, 0, 0), (1, 300.0, 1e5)]),
+)
+def test_matches_differences_with_bending(bending_model, seed, stretch, rates):
+    rng = np.random.default_rng(seed)
+    n = bending_model.unknowns
+    state = _core._displaced(straight_bodies(bending_model), rng.normal(size=n), (0, 0.5, 2.0))
+    state = _core._displaced(state, stretch * rng.normal(size=n), (1, 0, 0))
+    analytic = _core._jacobian(state, rates)
+    numeric = central_differences(state, rates)
+    # The curvature of the energy rises as the angle nears π, to a scale of the matrix itself
+    scale = max(np.abs(analytic).max(), 1e4)
+    assert np.abs(analytic - numeric).max() < 2e-6 * scale
+
+
 def test_matches_differences_on_stiff_wire(nit_model):
     state = random_state(nit_model(segments=(3, 2, 3)), 0.2, 5, 0.02)
     for rates in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "energy.hpp"
 
+#include "bending.hpp"
 #include "segment.hpp"
 
 namespace sim_core {
@@ -8,10 +9,10 @@ namespace sim_core {
 Energy energy(const State& state) {
     const Model& model = *state.model;
     const Water& water = model.water;
-    Energy e{0.0, 0.0, 0.0};
+    Energy e{0.0, 0.0, 0.0, 0.0};
     const auto immersed = [](double z) { return z < 0.0 ? 1.0 : 0.0; };
     for (const Model::Segment& segment : model.segments) {
-        const SegmentConstants& c = model.segment_constants[segment.line];
+        const SegmentConstants& c = model.segment_constants[segment.constants];
         const Vec3& a = state.position[segment.site[0]];
         const Vec3& b = state.position[segment.site[1]];
         const Vec3 t = (b - a).normalized();
@@ -25,6 +26,15 @@ Energy energy(const State& state) {
                                 immersed(z) * c.half_added_mass * across.squaredNorm());
             e.gravity += (c.half_weight - immersed(z) * c.half_buoyancy) * z;
         }
+    }
+    for (const Model::Bend& spring : model.bends) {
+        const Vec3& middle = state.position[spring.site[1]];
+        e.bending += bending_energy(spring.stiffness, middle - state.position[spring.site[0]],
+                                    state.position[spring.site[2]] - middle);
+    }
+    for (const Model::Clamp& spring : model.clamps) {
+        e.bending += bending_energy(spring.stiffness, state.clamp_direction(spring),
+                                    state.position[spring.site[1]] - state.position[spring.site[0]]);
     }
     for (const Model::Point& point : model.points) {
         if (point.prescribed) continue;

@@ -9,7 +9,8 @@ namespace sim_core {
 struct Energy {
     double kinetic;  ///< of the mass and of the added mass
     double gravity;  ///< weight minus buoyancy times height; exact for what is all dry or all immersed
-    double elastic;
+    double elastic;  ///< of the tension
+    double bending;
 };
 
 Energy energy(const State& state);

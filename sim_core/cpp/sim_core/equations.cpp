@@ -37,12 +37,78 @@ AttachedEnd attached_end(const State& state, const Model::Attachment& attachment
     return end;
 }
 
+/// Adds a derivative to the block (row, column) of an element's unknowns, if there is one.
+template <int Blocks>
+void add(std::vector<Mat3>& J, const int (&slot)[Blocks][Blocks], int row, int column, const Mat3& value) {
+    if (slot[row][column] >= 0) J[slot[row][column]] += value;
+}
+
+/// Adds an element of `Sites` sites whose forces depend on their positions only: stiffness[i][j] is the derivative of
+/// the force at site i with respect to the position of site j.
+template <int Sites>
+void add_elastic(std::vector<Mat3>& J, const State& state, const int (&site)[Sites],
+                 const int (&slot)[2 * Sites][2 * Sites], const Vec3 (&force)[Sites],
+                 const Mat3 (&stiffness)[Sites][Sites], const Rates& rates) {
+    const Model& m = *state.model;
+    AttachedEnd end[Sites];
+    bool attached[Sites];
+    for (int i = 0; i < Sites; ++i) {
+        attached[i] = m.is_attached(site[i]);
+        if (attached[i]) end[i] = attached_end(state, m.attachments[m.attachment_of(site[i])], force[i], rates);
+    }
+    for (int row = 0; row < Sites; ++row) {
+        for (int column = 0; column < Sites; ++column) {
+            const Mat3 translation = rates.position * stiffness[row][column];
+            add(J, slot, 2 * row, 2 * column, translation);
+            if (attached[row]) add(J, slot, 2 * row + 1, 2 * column, end[row].arm * translation);
+            if (!attached[column]) continue;
+            const Mat3 rotation = stiffness[row][column] * end[column].position;
+            add(J, slot, 2 * row, 2 * column + 1, rotation);
+            if (attached[row]) add(J, slot, 2 * row + 1, 2 * column + 1, end[row].arm * rotation);
+        }
+        if (attached[row]) add(J, slot, 2 * row + 1, 2 * row + 1, end[row].moment_turn);
+    }
+}
+
+/// Adds what comes from the turning of the direction at a line's end that is clamped to a body, and the body's moment
+/// there.
+void add_turning_clamp(std::vector<Mat3>& J, const State& state, const Model::Clamp& clamp, const BendingCache& spring,
+                       const BendingJacobian& h, const Rates& rates) {
+    const Model& m = *state.model;
+    const Model::Attachment& attachment = m.attachments[m.attachment_of(clamp.site[0])];
+    const Mat3 R = state.bodies[attachment.body].attitude.toRotationMatrix();
+    const Mat3 T = rates.position * right_jacobian(state.position[state.body_entry(attachment.body) + 1]);
+    const Mat3 e_cross = skew(clamp.direction);
+    const Mat3 turn = -R * e_cross * T;  // of the direction, per rotation unknown
+    const AttachedEnd own = attached_end(state, attachment, spring.energy_slope[1], rates);
+
+    const Mat3 force = h.mixed.transpose() * turn;
+    add(J, clamp.slot, 0, 1, force);
+    add(J, clamp.slot, 1, 1, own.arm * force);
+    add(J, clamp.slot, 2, 1, -force);
+
+    const Mat3 moment = -e_cross * R.transpose();
+    const Mat3 stretch = moment * h.mixed;  // moment per span
+    add(J, clamp.slot, 1, 0, -rates.position * stretch);
+    add(J, clamp.slot, 1, 2, rates.position * stretch);
+    add(J, clamp.slot, 1, 1,
+        moment * h.first * turn - stretch * own.position - e_cross * skew(R.transpose() * spring.energy_slope[0]) * T);
+    if (m.is_attached(clamp.site[1])) {
+        const AttachedEnd other =
+            attached_end(state, m.attachments[m.attachment_of(clamp.site[1])], -spring.energy_slope[1], rates);
+        add(J, clamp.slot, 3, 1, -other.arm * force);
+        add(J, clamp.slot, 1, 3, stretch * other.position);
+    }
+}
+
 }  // namespace
 
 Equations::Equations(std::shared_ptr<const Model> model)
     : model_(std::move(model)),
       solver_(model_->structure),
       segments_(model_->segments.size()),
+      bends_(model_->bends.size()),
+      clamps_(model_->clamps.size()),
       points_(model_->points.size()),
       bodies_(model_->bodies.size()),
       site_force_(model_->sites()),
@@ -59,11 +125,28 @@ void Equations::evaluate(const State& state) {
     for (std::size_t i = 0; i < m.segments.size(); ++i) {
         const int a = m.segments[i].site[0];
         const int b = m.segments[i].site[1];
-        segment_forces(m.segment_constants[m.segments[i].line], m.water,
+        segment_forces(m.segment_constants[m.segments[i].constants], m.water,
                        {state.position[a], state.velocity[a], state.acceleration[a]},
                        {state.position[b], state.velocity[b], state.acceleration[b]}, segments_[i]);
         site_force_[a] += segments_[i].a.force;
         site_force_[b] += segments_[i].b.force;
+    }
+    for (std::size_t i = 0; i < m.bends.size(); ++i) {
+        const int* site = m.bends[i].site;
+        const Vec3& middle = state.position[site[1]];
+        BendingCache& spring = bends_[i];
+        bend(m.bends[i].stiffness, middle - state.position[site[0]], state.position[site[2]] - middle, spring);
+        site_force_[site[0]] += spring.energy_slope[0];
+        site_force_[site[1]] += spring.energy_slope[1] - spring.energy_slope[0];
+        site_force_[site[2]] -= spring.energy_slope[1];
+    }
+    for (std::size_t i = 0; i < m.clamps.size(); ++i) {
+        const int* site = m.clamps[i].site;
+        BendingCache& spring = clamps_[i];
+        bend(m.clamps[i].stiffness, state.clamp_direction(m.clamps[i]), state.position[site[1]] - state.position[site[0]],
+             spring);
+        site_force_[site[0]] += spring.energy_slope[1];
+        site_force_[site[1]] -= spring.energy_slope[1];
     }
     for (std::size_t i = 0; i < m.points.size(); ++i) {
         if (m.points[i].prescribed) continue;
@@ -89,6 +172,12 @@ void Equations::evaluate(const State& state) {
         residual_[m.translation_block(attachment.body)] += force;
         residual_[m.rotation_block(attachment.body)] +=
             attachment.place.cross(state.bodies[attachment.body].attitude.conjugate() * force);
+    }
+    for (std::size_t i = 0; i < m.clamps.size(); ++i) {
+        if (!m.is_attached(m.clamps[i].site[0])) continue;
+        const int body = m.attachments[m.attachment_of(m.clamps[i].site[0])].body;
+        residual_[m.rotation_block(body)] -=
+            m.clamps[i].direction.cross(state.bodies[body].attitude.conjugate() * clamps_[i].energy_slope[0]);
     }
 }
 
@@ -122,7 +211,7 @@ void Equations::assemble(const State& state, const Rates& rates) {
     SegmentJacobian& s = segment_jacobian_;
     for (std::size_t i = 0; i < m.segments.size(); ++i) {
         const Model::Segment& segment = m.segments[i];
-        segment_jacobian(m.segment_constants[segment.line], segments_[i], s);
+        segment_jacobian(m.segment_constants[segment.constants], segments_[i], s);
         if (m.is_attached(segment.site[0]) || m.is_attached(segment.site[1])) {
             add_attached_segment(state, static_cast<int>(i), rates);
             continue;
@@ -136,6 +225,8 @@ void Equations::assemble(const State& state, const Rates& rates) {
             if (other >= 0) J[other] += rates.position * s.position[end][1 - end] + rates.velocity * s.velocity[end][1 - end];
         }
     }
+
+    if (!m.bends.empty() || !m.clamps.empty()) add_bending(state, rates);
 
     for (std::size_t i = 0; i < m.points.size(); ++i) {
         if (m.points[i].prescribed) continue;
@@ -176,25 +267,48 @@ void Equations::add_attached_segment(const State& state, int index, const Rates&
             end[i] = attached_end(state, m.attachments[m.attachment_of(segment.site[i])], *force[i], rates);
         }
     }
-    const auto add = [&](int row, int column, const Mat3& value) {
-        if (segment.slot[row][column] >= 0) J[segment.slot[row][column]] += value;
-    };
     for (int row = 0; row < 2; ++row) {
         const bool row_attached = m.is_attached(segment.site[row]);
         for (int column = 0; column < 2; ++column) {
             const Mat3 own_acceleration = row == column ? s.acceleration[row] : Mat3(Mat3::Zero());
             const Mat3 translation = rates.position * s.position[row][column] + rates.velocity * s.velocity[row][column] +
                                      rates.acceleration * own_acceleration;
-            add(2 * row, 2 * column, translation);
-            if (row_attached) add(2 * row + 1, 2 * column, end[row].arm * translation);
+            add(J, segment.slot, 2 * row, 2 * column, translation);
+            if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * column, end[row].arm * translation);
             if (!m.is_attached(segment.site[column])) continue;
             const Mat3 rotation = s.position[row][column] * end[column].position +
                                   s.velocity[row][column] * end[column].velocity +
                                   own_acceleration * end[column].acceleration;
-            add(2 * row, 2 * column + 1, rotation);
-            if (row_attached) add(2 * row + 1, 2 * column + 1, end[row].arm * rotation);
+            add(J, segment.slot, 2 * row, 2 * column + 1, rotation);
+            if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * column + 1, end[row].arm * rotation);
         }
-        if (row_attached) add(2 * row + 1, 2 * row + 1, end[row].moment_turn);
+        if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * row + 1, end[row].moment_turn);
+    }
+}
+
+void Equations::add_bending(const State& state, const Rates& rates) {
+    const Model& m = *model_;
+    std::vector<Mat3>& J = solver_.blocks();
+    BendingJacobian h;
+    for (std::size_t i = 0; i < m.bends.size(); ++i) {
+        const BendingCache& spring = bends_[i];
+        bending_jacobian(spring, h);
+        const Vec3& first = spring.energy_slope[0];
+        const Vec3& second = spring.energy_slope[1];
+        const Mat3 mixed_t = h.mixed.transpose();
+        const Mat3 stiffness[3][3] = {
+            {-h.first, h.first - h.mixed, h.mixed},
+            {h.first - mixed_t, h.mixed + mixed_t - h.first - h.second, h.second - h.mixed},
+            {mixed_t, h.second - mixed_t, -h.second}};
+        add_elastic<3>(J, state, m.bends[i].site, m.bends[i].slot, {first, second - first, -second}, stiffness, rates);
+    }
+    for (std::size_t i = 0; i < m.clamps.size(); ++i) {
+        const BendingCache& spring = clamps_[i];
+        bending_jacobian(spring, h);
+        const Vec3& force = spring.energy_slope[1];
+        const Mat3 stiffness[2][2] = {{-h.second, h.second}, {h.second, -h.second}};
+        add_elastic<2>(J, state, m.clamps[i].site, m.clamps[i].slot, {force, -force}, stiffness, rates);
+        if (m.is_attached(m.clamps[i].site[0])) add_turning_clamp(J, state, m.clamps[i], spring, h, rates);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "bending.hpp"
 #include "block_solver.hpp"
 #include "model.hpp"
 #include "state.hpp"
@@ -55,10 +56,13 @@ class Equations {
 
   private:
     void add_attached_segment(const State& state, int segment, const Rates& rates);
+    void add_bending(const State& state, const Rates& rates);
 
     std::shared_ptr<const Model> model_;
     BlockSolver solver_;
     std::vector<SegmentCache> segments_;
+    std::vector<BendingCache> bends_;
+    std::vector<BendingCache> clamps_;
     std::vector<PointCache> points_;  ///< those of prescribed points are unused
     std::vector<BodyJacobian> bodies_;
     std::vector<Vec3> site_force_;

@@ -2,21 +2,40 @@
 #pragma once
 
 #include <optional>
+#include <string>
+
+#include "types.hpp"
 
 namespace sim_core {
 
-/// A uniform line between two named points.
+/// A uniform line between two named points, or a uniform section of one.
 struct LineProperties {
     double length = 0.0;            ///< unstretched, m
     double diameter = 0.0;          ///< hydrodynamic, m
     double mass_per_length = 0.0;   ///< kg/m, in air
     double axial_stiffness = 0.0;   ///< EA, N
     double axial_damping = 0.0;     ///< N·s: tension per strain rate
+    double bending_stiffness = 0.0; ///< EI, N·m²; with it a segment also carries compression, up to π²EI/ℓ²
     double normal_drag = 1.2;       ///< Cn on the diameter
     double tangential_drag = 0.01;  ///< Ct on the skin π d
     double added_mass = 1.0;        ///< Ca across the line, of π d²/4
     std::optional<double> displaced_area;  ///< m² for buoyancy; default π d²/4
-    std::optional<double> slack_tension;   ///< N; default 1 % of the line's weight in air
+    std::optional<double> slack_tension;   ///< N; default 1 % of the whole line's weight in air
+};
+
+/// A uniform stretch of a line and the number of segments it is divided into.
+struct LineSection {
+    LineProperties properties;
+    int segments = 0;
+};
+
+/// Where and how one end of a line is held.
+struct LineEnd {
+    std::string at;                 ///< name of a point or a body
+    std::optional<Vec3> attachment; ///< m in body axes, needed exactly where the end is at a body
+    /// The end is clamped: the line leaves it in this direction of growing length (from the line's start to
+    /// its end), in tank axes at a prescribed point, in body axes at a body. Without it the end is free of moment.
+    std::optional<Vec3> direction;
 };
 
 }  // namespace sim_core

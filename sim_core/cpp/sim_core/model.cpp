@@ -32,16 +32,18 @@ void require(bool holds, const std::string& where, const char* what) {
     if (!holds) throw InvalidInput(where + ": " + what);
 }
 
-SegmentConstants segment_constants(const LineProperties& p, int segments, const Water& water) {
+/// `line_weight` is that of the whole line in air, N.
+SegmentConstants segment_constants(const LineSection& section, double line_weight, const Water& water) {
+    const LineProperties& p = section.properties;
     SegmentConstants c{};
     const double circle = 0.25 * std::numbers::pi * p.diameter * p.diameter;
-    c.length = p.length / segments;
+    c.length = p.length / section.segments;
     const double half = 0.5 * c.length;
     c.axial_stiffness = p.axial_stiffness;
     c.axial_damping = p.axial_damping;
-    const double weight = p.mass_per_length * p.length * (water.gravity > 0.0 ? water.gravity : 1.0);
-    c.slack_tension = p.slack_tension.value_or(0.01 * weight);
-    c.snap_tension = weight;
+    c.slack_tension = p.slack_tension.value_or(0.01 * line_weight);
+    c.snap_tension = line_weight;
+    c.buckling_force = std::numbers::pi * std::numbers::pi * p.bending_stiffness / (c.length * c.length);
     c.half_mass = p.mass_per_length * half;
     c.half_weight = c.half_mass * water.gravity;
     c.half_buoyancy = water.density * water.gravity * p.displaced_area.value_or(circle) * half;
@@ -50,6 +52,55 @@ SegmentConstants segment_constants(const LineProperties& p, int segments, const 
     c.half_added_mass = p.added_mass * water.density * circle * half;
     c.radius = 0.5 * p.diameter;
     return c;
+}
+
+void require_possible(const LineSection& section, const std::string& where) {
+    const LineProperties& p = section.properties;
+    require(section.segments >= 1, where, "segments must be at least 1");
+    require(p.length > 0.0 && std::isfinite(p.length), where, "length must be above 0");
+    require(p.diameter > 0.0 && std::isfinite(p.diameter), where, "diameter must be above 0");
+    require(p.mass_per_length > 0.0 && std::isfinite(p.mass_per_length), where, "mass_per_length must be above 0");
+    require(p.axial_stiffness > 0.0 && std::isfinite(p.axial_stiffness), where, "axial_stiffness must be above 0");
+    for (const double value : {p.axial_damping, p.bending_stiffness, p.normal_drag, p.tangential_drag, p.added_mass,
+                               p.displaced_area.value_or(0.0)}) {
+        require(value >= 0.0 && std::isfinite(value), where,
+                "damping, bending stiffness, coefficients and area must not be below 0");
+    }
+    if (p.slack_tension) require(*p.slack_tension > 0.0, where, "slack_tension must be above 0");
+}
+
+/// The torsion springs of a line: at inner nodes the two half segments in series, EI/ℓ where both are alike; at a
+/// clamped end the half segment there, 2EI/ℓ. Ends that are not clamped carry no moment.
+void add_bending(Model& model, const Model::Line& line, const LineEnd ends[2]) {
+    // per half segment 2EI/ℓ
+    std::vector<double> half_stiffness;
+    std::vector<double> length;
+    for (const LineSection& section : line.sections) {
+        const double segment = section.properties.length / section.segments;
+        half_stiffness.insert(half_stiffness.end(), section.segments,
+                              2.0 * section.properties.bending_stiffness / segment);
+        length.insert(length.end(), section.segments, segment);
+    }
+    const auto stiffen = [&](double spring, double shortest) {
+        model.stiffest_segment = std::max(model.stiffest_segment, 4.0 * spring / (shortest * shortest));
+    };
+    for (int i = 1; i < line.segments; ++i) {
+        const double before = half_stiffness[i - 1];
+        const double after = half_stiffness[i];
+        if (before == 0.0 || after == 0.0) continue;  // a limp section holds no moment
+        Model::Bend spring{before * after / (before + after), {line.sites[i - 1], line.sites[i], line.sites[i + 1]}, {}};
+        stiffen(spring.stiffness, std::min(length[i - 1], length[i]));
+        model.bends.push_back(spring);
+    }
+    if (ends[0].direction) {
+        model.clamps.push_back({half_stiffness.front(), *ends[0].direction, {line.sites[0], line.sites[1]}, {}});
+        stiffen(half_stiffness.front(), length.front());
+    }
+    if (ends[1].direction) {
+        const int last = line.segments;
+        model.clamps.push_back({half_stiffness.back(), -*ends[1].direction, {line.sites[last], line.sites[last - 1]}, {}});
+        stiffen(half_stiffness.back(), length.back());
+    }
 }
 
 void hash(std::uint64_t& h, std::uint64_t value) {  // FNV-1a over eight bytes
@@ -133,33 +184,39 @@ void ModelBuilder::add_body(const std::string& name, const Body& body) {
     bodies_.push_back({name, body});
 }
 
-void ModelBuilder::add_line(const std::string& name, const std::string& start, const std::string& end,
-                            const LineProperties& p, int segments, const std::optional<Vec3>& attachment,
-                            const std::optional<Vec3>& start_attachment) {
+void ModelBuilder::add_line(const std::string& name, const LineEnd& start, const LineEnd& end,
+                            const std::vector<LineSection>& sections) {
     const std::string where = "line '" + name + "'";
     require(!contains(lines_, name), where, "a line of this name exists already");
-    require(start != end, where, "it starts and ends at the same place");
-    require(segments >= 1, where, "segments must be at least 1");
-    require(p.length > 0.0 && std::isfinite(p.length), where, "length must be above 0");
-    require(p.diameter > 0.0 && std::isfinite(p.diameter), where, "diameter must be above 0");
-    require(p.mass_per_length > 0.0 && std::isfinite(p.mass_per_length), where, "mass_per_length must be above 0");
-    require(p.axial_stiffness > 0.0 && std::isfinite(p.axial_stiffness), where, "axial_stiffness must be above 0");
-    for (const double value : {p.axial_damping, p.normal_drag, p.tangential_drag, p.added_mass,
-                               p.displaced_area.value_or(0.0)}) {
-        require(value >= 0.0 && std::isfinite(value), where, "damping, coefficients and area must not be below 0");
+    require(start.at != end.at, where, "it starts and ends at the same place");
+    require(!sections.empty(), where, "there must be at least one section");
+    for (std::size_t i = 0; i < sections.size(); ++i) {
+        require_possible(sections[i],
+                         sections.size() == 1 ? where : where + " section " + std::to_string(i + 1));
     }
-    if (p.slack_tension) require(*p.slack_tension > 0.0, where, "slack_tension must be above 0");
-    LineEntry line{name, {start, end}, p, segments, {start_attachment, attachment}};
+    LineEntry line{name, {start, end}, sections};
     for (int i = 0; i < 2; ++i) {
-        const std::string& at = line.ends[i];
-        require(has_point(at) || has_body(at), where, ("its end '" + at + "' is neither a point nor a body").c_str());
-        const char* which = i == 0 ? "start_attachment" : "attachment";
-        if (has_body(at)) {
-            require(line.attachment[i].has_value(), where, (std::string(which) + " is needed at a body").c_str());
+        LineEnd& held = line.ends[i];
+        require(has_point(held.at) || has_body(held.at), where,
+                ("its end '" + held.at + "' is neither a point nor a body").c_str());
+        const std::string attachment = i == 0 ? "start_attachment" : "attachment";
+        if (has_body(held.at)) {
+            require(held.attachment.has_value(), where, (attachment + " is needed at a body").c_str());
         } else {
-            require(!line.attachment[i].has_value(), where,
-                    (std::string(which) + " is only for an end at a body").c_str());
+            require(!held.attachment.has_value(), where, (attachment + " is only for an end at a body").c_str());
         }
+        if (!held.direction) continue;
+        const std::string direction = i == 0 ? "start_direction" : "end_direction";
+        const LineSection& section = i == 0 ? sections.front() : sections.back();
+        require(held.direction->allFinite() && held.direction->norm() > 1e-9, where,
+                (direction + " must be finite and not zero").c_str());
+        require(section.properties.bending_stiffness > 0.0, where,
+                (direction + " clamps the end, which takes a bending_stiffness above 0").c_str());
+        const auto free = std::find_if(points_.begin(), points_.end(), [&](const PointEntry& point) {
+            return point.name == held.at && !point.prescribed;
+        });
+        require(free == points_.end(), where, (direction + " is only for an end at a prescribed point or a body").c_str());
+        held.direction->normalize();
     }
     lines_.push_back(line);
 }
@@ -167,12 +224,16 @@ void ModelBuilder::add_line(const std::string& name, const std::string& start, c
 Model ModelBuilder::build() const {
     Model model;
     model.water = water_;
+    const double gravity = water_.gravity > 0.0 ? water_.gravity : 1.0;  // for measures of force
 
     // Sites: free points and inner nodes, prescribed points, attachments
     for (const PointEntry& point : points_) {
         if (!point.prescribed) model.points.push_back({point.name, model.free_sites++, false, point.properties});
     }
-    for (const LineEntry& line : lines_) model.free_sites += line.segments - 1;
+    for (const LineEntry& line : lines_) {
+        for (const LineSection& section : line.sections) model.free_sites += section.segments;
+        --model.free_sites;
+    }
     for (const PointEntry& point : points_) {
         if (point.prescribed) {
             model.points.push_back({point.name, model.free_sites + model.prescribed_sites++, true, point.properties});
@@ -186,61 +247,76 @@ Model ModelBuilder::build() const {
     int next_inner = 0;
     for (const PointEntry& point : points_) next_inner += point.prescribed ? 0 : 1;
     for (const LineEntry& entry : lines_) {
-        Model::Line line{entry.name, entry.properties, static_cast<int>(model.segments.size()), entry.segments, {}};
-        const auto end_site = [&](int i) {
-            if (has_point(entry.ends[i])) return model.points[model.point_index(entry.ends[i])].site;
-            model.attachments.push_back({model.body_index(entry.ends[i]), *entry.attachment[i]});
+        Model::Line line{entry.name, entry.sections, 0.0, static_cast<int>(model.segments.size()), 0, {}};
+        double weight = 0.0;
+        for (const LineSection& section : entry.sections) {
+            line.length += section.properties.length;
+            line.segments += section.segments;
+            weight += section.properties.mass_per_length * section.properties.length * gravity;
+        }
+        const auto end_site = [&](const LineEnd& end) {
+            if (has_point(end.at)) return model.points[model.point_index(end.at)].site;
+            model.attachments.push_back({model.body_index(end.at), *end.attachment});
             return model.sites() - 1;
         };
-        line.sites.push_back(end_site(0));
-        for (int i = 1; i < entry.segments; ++i) line.sites.push_back(next_inner++);
-        line.sites.push_back(end_site(1));
-        for (int i = 0; i < entry.segments; ++i) {
-            Model::Segment segment{};
-            segment.line = static_cast<int>(model.lines.size());
-            segment.site[0] = line.sites[i];
-            segment.site[1] = line.sites[i + 1];
-            model.segments.push_back(segment);
+        line.sites.push_back(end_site(entry.ends[0]));
+        for (int i = 1; i < line.segments; ++i) line.sites.push_back(next_inner++);
+        line.sites.push_back(end_site(entry.ends[1]));
+        for (const LineSection& section : entry.sections) {
+            for (int i = 0; i < section.segments; ++i) {
+                const std::size_t first = model.segments.size() - line.first_segment;
+                Model::Segment segment{};
+                segment.constants = static_cast<int>(model.segment_constants.size());
+                segment.site[0] = line.sites[first];
+                segment.site[1] = line.sites[first + 1];
+                model.segments.push_back(segment);
+            }
+            model.segment_constants.push_back(segment_constants(section, weight, water_));
         }
-        model.segment_constants.push_back(segment_constants(entry.properties, entry.segments, water_));
+        add_bending(model, line, entry.ends);
         model.lines.push_back(std::move(line));
     }
 
     // The Jacobian's blocks
-    const auto blocks_of = [&](int site, int blocks[2]) {
-        blocks[0] = blocks[1] = -1;
-        if (model.is_free(site)) blocks[0] = site;
-        if (model.is_attached(site)) {
-            const int body = model.attachments[model.attachment_of(site)].body;
-            blocks[0] = model.translation_block(body);
-            blocks[1] = model.rotation_block(body);
+    const auto blocks_of = [&]<std::size_t Sites>(const int (&sites)[Sites]) {
+        std::array<int, 2 * Sites> blocks;
+        blocks.fill(-1);
+        for (std::size_t i = 0; i < Sites; ++i) {
+            if (model.is_free(sites[i])) blocks[2 * i] = sites[i];
+            if (model.is_attached(sites[i])) {
+                const int body = model.attachments[model.attachment_of(sites[i])].body;
+                blocks[2 * i] = model.translation_block(body);
+                blocks[2 * i + 1] = model.rotation_block(body);
+            }
         }
+        return blocks;
     };
     std::vector<std::pair<int, int>> couplings;
     for (std::size_t b = 0; b < model.bodies.size(); ++b) {
         couplings.emplace_back(model.translation_block(static_cast<int>(b)), model.rotation_block(static_cast<int>(b)));
     }
-    for (const Model::Segment& segment : model.segments) {
-        int blocks[4];
-        blocks_of(segment.site[0], blocks);
-        blocks_of(segment.site[1], blocks + 2);
+    const auto visit_elements = [&](auto&& visit) {
+        for (Model::Segment& segment : model.segments) visit(segment);
+        for (Model::Bend& spring : model.bends) visit(spring);
+        for (Model::Clamp& spring : model.clamps) visit(spring);
+    };
+    visit_elements([&](const auto& element) {
+        const auto blocks = blocks_of(element.site);
         for (const int i : blocks) {
             for (const int j : blocks) {
                 if (i >= 0 && j >= 0 && i != j) couplings.emplace_back(i, j);
             }
         }
-    }
+    });
     model.structure = BlockStructure(model.blocks(), couplings);
-    for (Model::Segment& segment : model.segments) {
-        int blocks[4];
-        blocks_of(segment.site[0], blocks);
-        blocks_of(segment.site[1], blocks + 2);
-        for (int i = 0; i < 4; ++i) {
-            for (int j = 0; j < 4; ++j) {
-                segment.slot[i][j] = blocks[i] < 0 || blocks[j] < 0 ? -1 : model.structure.slot(blocks[i], blocks[j]);
+    visit_elements([&](auto& element) {
+        const auto blocks = blocks_of(element.site);
+        for (std::size_t i = 0; i < blocks.size(); ++i) {
+            for (std::size_t j = 0; j < blocks.size(); ++j) {
+                element.slot[i][j] = blocks[i] < 0 || blocks[j] < 0 ? -1 : model.structure.slot(blocks[i], blocks[j]);
             }
         }
-    }
+    });
 
     // Everything must hang on a prescribed point through lines
     std::vector<bool> held(model.sites() + model.bodies.size(), false);
@@ -264,16 +340,18 @@ Model ModelBuilder::build() const {
                 "no line holds it to a prescribed point");
     }
 
-    const double gravity = water_.gravity > 0.0 ? water_.gravity : 1.0;
     double mass = 0.0;
     for (const Model::Point& point : model.points) mass += point.properties.mass;
     for (const Model::BodyEntry& body : model.bodies) mass += body.force.body().mass;
-    for (const Model::Line& line : model.lines) mass += line.properties.mass_per_length * line.properties.length;
+    for (const Model::Segment& segment : model.segments) {
+        mass += 2.0 * model.segment_constants[segment.constants].half_mass;
+    }
     model.force_scale = mass * gravity;
     model.fingerprint = 0xcbf29ce484222325ULL;
+    for (const SegmentConstants& c : model.segment_constants) {
+        model.stiffest_segment = std::max(model.stiffest_segment, c.axial_stiffness / c.length);
+    }
     for (const Model::Line& line : model.lines) {
-        const double stiffness = line.properties.axial_stiffness * line.segments / line.properties.length;
-        model.stiffest_segment = std::max(model.stiffest_segment, stiffness);
         for (const int site : line.sites) hash(model.fingerprint, static_cast<std::uint64_t>(site));
     }
     for (const int count : {model.free_sites, model.prescribed_sites, model.sites(), model.blocks()}) {

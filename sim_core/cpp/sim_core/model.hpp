@@ -36,16 +36,30 @@ struct Model {
     };
     struct Line {
         std::string name;
-        LineProperties properties;
+        std::vector<LineSection> sections;
+        double length;  ///< of all sections, unstretched, m
         int first_segment;
         int segments;
         std::vector<int> sites;  ///< from start to end, segments + 1
     };
     struct Segment {
-        int line;
+        int constants;  ///< into segment_constants
         int site[2];
         /// Slots of the 3×3 blocks of the Jacobian: [row][column] over (end a: translation, rotation; end b:
         /// translation, rotation); −1 where an end has no such unknown.
+        int slot[4][4];
+    };
+    /// Torsion spring at an inner node of a line with bending stiffness.
+    struct Bend {
+        double stiffness;  ///< N·m/rad
+        int site[3];       ///< the node and its neighbours, along the line
+        int slot[6][6];    ///< as in Segment, over three sites
+    };
+    /// Torsion spring at the clamped end of a line.
+    struct Clamp {
+        double stiffness;  ///< N·m/rad
+        Vec3 direction;    ///< unit vector from the end into the line; in body axes at a body, else in tank axes
+        int site[2];       ///< the end and its neighbour
         int slot[4][4];
     };
 
@@ -55,7 +69,9 @@ struct Model {
     std::vector<Attachment> attachments;
     std::vector<Line> lines;
     std::vector<Segment> segments;
-    std::vector<SegmentConstants> segment_constants;  ///< per line
+    std::vector<SegmentConstants> segment_constants;  ///< one for each section of each line
+    std::vector<Bend> bends;    ///< none for lines without bending stiffness
+    std::vector<Clamp> clamps;
 
     int free_sites = 0;
     int prescribed_sites = 0;
@@ -72,13 +88,16 @@ struct Model {
 
     BlockStructure structure;
     double force_scale = 1.0;        ///< N: weight in air of everything, the measure for residuals
-    double stiffest_segment = 0.0;   ///< largest EA/ℓ, N/m
+    double stiffest_segment = 0.0;   ///< largest stiffness of a node against one segment or spring, N/m
     std::uint64_t fingerprint = 0;   ///< of the layout, so that a saved state is not restored into another model
 
     int point_index(const std::string& name) const;
     int body_index(const std::string& name) const;
     int line_index(const std::string& name) const;
     const Point& prescribed_point(int i) const;
+
+    /// Unstretched length of a segment, m.
+    double segment_length(int segment) const { return segment_constants[segments[segment].constants].length; }
 
     /// Where a block of unknowns is, in words for error messages.
     std::string describe_block(int block) const;
@@ -91,10 +110,9 @@ class ModelBuilder {
     void add_prescribed_point(const std::string& name);
     void add_free_point(const std::string& name, const FreePoint& point);
     void add_body(const std::string& name, const Body& body);
-    /// `start` and `end` name points or bodies; an attachment is needed exactly where an end is a body.
-    void add_line(const std::string& name, const std::string& start, const std::string& end,
-                  const LineProperties& properties, int segments, const std::optional<Vec3>& attachment,
-                  const std::optional<Vec3>& start_attachment);
+    /// One or more sections, from the start to the end.
+    void add_line(const std::string& name, const LineEnd& start, const LineEnd& end,
+                  const std::vector<LineSection>& sections);
 
     /// Throws InvalidInput if parts are missing or not connected to a prescribed point.
     Model build() const;
@@ -111,10 +129,8 @@ class ModelBuilder {
     };
     struct LineEntry {
         std::string name;
-        std::string ends[2];
-        LineProperties properties;
-        int segments;
-        std::optional<Vec3> attachment[2];
+        LineEnd ends[2];
+        std::vector<LineSection> sections;
     };
 
     bool has_point(const std::string& name) const;

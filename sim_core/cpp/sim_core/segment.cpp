@@ -8,7 +8,7 @@ namespace sim_core {
 
 namespace {
 
-/// Tension without compression: linear above +s, zero below −s, a parabola between (continuous slope).
+/// Tension above its lower bound: linear above +s, zero below −s, a parabola between (continuous slope).
 inline void round_off(double linear_tension, double s, double& tension, double& slope) {
     if (linear_tension >= s) {
         tension = linear_tension;
@@ -74,7 +74,8 @@ void segment_forces(const SegmentConstants& c, const Water& water, const EndMoti
     cache.normal_rate = rate - stretching * t;
     const double linear_tension =
         (c.axial_stiffness * (length - c.length) + c.axial_damping * stretching) / c.length;
-    round_off(linear_tension, c.slack_tension, cache.tension, cache.tension_slope);
+    round_off(linear_tension + c.buckling_force, c.slack_tension, cache.tension, cache.tension_slope);
+    cache.tension -= c.buckling_force;
 
     half_wetness(a.position.z(), b.position.z(), c.radius, cache.a);
     half_wetness(b.position.z(), a.position.z(), c.radius, cache.b);
@@ -137,11 +138,16 @@ void segment_jacobian(const SegmentConstants& c, const SegmentCache& cache, Segm
 double segment_elastic_energy(const SegmentConstants& c, const Vec3& a, const Vec3& b) {
     const double stiffness = c.axial_stiffness / c.length;
     const double linear_tension = stiffness * ((b - a).norm() - c.length);
+    // With u the tension above its lower bound −F: ∫ T dℓ = ∫ (u − F) dℓ
     const double s = c.slack_tension;
-    if (linear_tension <= -s) return 0.0;
-    const double in_parabola = std::min(linear_tension, s) + s;
-    double energy = in_parabola * in_parabola * in_parabola / (12.0 * s);
-    if (linear_tension > s) energy += 0.5 * (linear_tension * linear_tension - s * s);
+    const double F = c.buckling_force;
+    const double above = linear_tension + F;
+    double energy = -F * (linear_tension + 0.5 * F);
+    if (above > -s) {
+        const double in_parabola = std::min(above, s) + s;
+        energy += in_parabola * in_parabola * in_parabola / (12.0 * s);
+    }
+    if (above > s) energy += 0.5 * (above * above - s * s);
     return energy / stiffness;
 }
 

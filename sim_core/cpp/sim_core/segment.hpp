@@ -13,7 +13,8 @@ struct SegmentConstants {
     double length;            ///< unstretched, m
     double axial_stiffness;   ///< EA, N
     double axial_damping;     ///< N·s: tension per strain rate
-    double slack_tension;     ///< N: the tension is rounded off below this value
+    double slack_tension;     ///< N: the tension is rounded off within this of its lower bound
+    double buckling_force;    ///< N: the compression at which the segment gives way, π²EI/ℓ²; 0 without EI
     double snap_tension;      ///< N: a jump from or to slack by more than this in one step is a snap
     double half_mass;         ///< kg
     double half_weight;       ///< N, in air
@@ -62,7 +63,7 @@ struct SegmentJacobian {
 
 /// Forces on both ends (F − M a, so that the sum over all neighbours of a node vanishes).
 ///
-/// Tension EA ε + c ε̇ without compression; weight and buoyancy; drag
+/// Tension EA ε + c ε̇, no compression beyond the segment's own buckling force; weight and buoyancy; drag
 /// ½ρ Cn d |u_n| u_n + ½ρ Ct π d |u_t| u_t per length; added mass e (I − t tᵀ). Drag and added mass
 /// act at each half with that end's own velocity and acceleration (trapezoidal rule along the segment),
 /// so that a zigzag of neighbouring nodes is damped as well.

@@ -88,7 +88,7 @@ bool Simulator::snapped() const {
     for (std::size_t i = 0; i < start_tension_.size(); ++i) {
         const int segment = static_cast<int>(i);
         if (equations_.taut(segment) == static_cast<bool>(start_taut_[i])) continue;
-        const double limit = model().segment_constants[model().segments[i].line].snap_tension;
+        const double limit = model().segment_constants[model().segments[i].constants].snap_tension;
         if (std::abs(equations_.tension(segment) - start_tension_[i]) > limit) return true;
     }
     return false;

@@ -43,6 +43,12 @@ struct State {
                                                        static_cast<int>(model->attachments.size());
     }
 
+    /// Direction into the line at a clamped end, in tank axes.
+    Vec3 clamp_direction(const Model::Clamp& clamp) const {
+        if (!model->is_attached(clamp.site[0])) return clamp.direction;
+        return bodies[model->attachments[model->attachment_of(clamp.site[0])].body].attitude * clamp.direction;
+    }
+
     /// Moves attitude and attachments to where the bodies' entries say.
     void follow_bodies();
 

@@ -107,10 +107,12 @@ class FirstGuess {
     }
 
     Vec3 load_of(const Model::Line& line) const {
-        const SegmentConstants& c = model_.segment_constants[static_cast<std::size_t>(&line - model_.lines.data())];
-        const double halves = 2.0 * line.segments;
-        Vec3 load = 0.5 * halves * c.half_normal_drag * flow_.norm() * flow_;  // 0.5: the line is inclined
-        load.z() += halves * (c.half_buoyancy - c.half_weight);
+        Vec3 load = Vec3::Zero();
+        for (int i = 0; i < line.segments; ++i) {
+            const SegmentConstants& c = model_.segment_constants[model_.segments[line.first_segment + i].constants];
+            load += c.half_normal_drag * flow_.norm() * flow_;  // one half of two: the line is inclined
+            load.z() += 2.0 * (c.half_buoyancy - c.half_weight);
+        }
         return load;
     }
 
@@ -121,9 +123,12 @@ class FirstGuess {
         const Vec3 top = state_.position[site(0)];
         Vec3 along = hang.pull.norm() > 1e-12 ? Vec3(hang.pull.normalized()) : Vec3(-Vec3::UnitZ());
         along = (along + lean_ * astern_).normalized();
-        const double spacing = line.properties.length / line.segments;
-        for (int i = 1; i < line.segments; ++i) state_.position[site(i)] = top + i * spacing * along;
-        const Vec3 bottom = top + line.properties.length * along;
+        double reach = 0.0;
+        for (int i = 1; i < line.segments; ++i) {
+            reach += model_.segment_length(line.first_segment + (hang.reversed ? line.segments - i : i - 1));
+            state_.position[site(i)] = top + reach * along;
+        }
+        const Vec3 bottom = top + line.length * along;
         const int last = site(line.segments);
         if (model_.is_attached(last)) {
             const Model::Attachment& attachment = model_.attachments[model_.attachment_of(last)];
@@ -139,11 +144,13 @@ class FirstGuess {
     void place_between(const Model::Line& line) {
         const Vec3 start = state_.position[line.sites.front()];
         const Vec3 chord = state_.position[line.sites.back()] - start;
-        const double length = line.properties.length;
+        const double length = line.length;
         const double excess = std::max(0.0, length * length - chord.squaredNorm());
         const double sag = std::sqrt(3.0 / 16.0 * excess);  // arc length² ≈ chord² + 16/3 sag²
+        double reach = 0.0;
         for (int i = 1; i < line.segments; ++i) {
-            const double s = static_cast<double>(i) / line.segments;
+            reach += model_.segment_length(line.first_segment + i - 1);
+            const double s = reach / length;
             state_.position[line.sites[i]] = start + s * chord - 4.0 * sag * s * (1.0 - s) * Vec3::UnitZ();
         }
     }

@@ -64,11 +64,11 @@ std::shared_ptr<const Model> two_part_tow(int segments) {
     const int secondary = segments / 3;
     const int depressor = segments / 10;
     cable.length = 2.84;
-    builder.add_line("primary", "tow_point", "junction", cable, segments - secondary - depressor, {}, {});
+    builder.add_line("primary", {"tow_point", {}, {}}, {"junction", {}, {}}, {{cable, segments - secondary - depressor}});
     cable.length = 0.3;
-    builder.add_line("depressor_cable", "junction", "depressor", cable, depressor, {}, {});
+    builder.add_line("depressor_cable", {"junction", {}, {}}, {"depressor", {}, {}}, {{cable, depressor}});
     cable.length = 1.5;
-    builder.add_line("secondary", "junction", "fish", cable, secondary, Vec3(0.65, 0.0, 0.0), {});
+    builder.add_line("secondary", {"junction", {}, {}}, {"fish", Vec3(0.65, 0.0, 0.0), {}}, {{cable, secondary}});
     return std::make_shared<const Model>(builder.build());
 }
 

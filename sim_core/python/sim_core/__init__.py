@@ -57,7 +57,14 @@ from sim_core.mass_properties import (
 )
 from sim_core.result import BodyHistory, LineHistory, PointHistory, Result
 from sim_core.running import run
-from sim_core.system import FreePoint, Line, PrescribedPoint, System, Weathervane
+from sim_core.system import (
+    FreePoint,
+    Line,
+    PrescribedPoint,
+    SectionedLine,
+    System,
+    Weathervane,
+)
 
 __all__ = [
     "HHT",
@@ -87,6 +94,7 @@ __all__ = [
     "PointHistory",
     "PrescribedPoint",
     "Result",
+    "SectionedLine",
     "Simulator",
     "SingleStepHoubolt",
     "Sinusoid",

@@ -80,6 +80,22 @@ class Line(_Described):
     segments: int
     attachment: Triple | None = None  #: m in body axes, of the end
     start_attachment: Triple | None = None  #: m in body axes, of the start
+    start_direction: Triple | None = None  #: clamped so at the start, see ModelBuilder.add_line
+    end_direction: Triple | None = None  #: clamped so at the end
+
+
+@dataclass(frozen=True)
+class SectionedLine(_Described):
+    """A line of several uniform sections, from its start to its end."""
+
+    start: str  #: name of a point or body
+    end: str  #: name of a point or body
+    _: KW_ONLY
+    sections: tuple[tuple[LineProperties, int], ...]  #: each with its number of segments
+    attachment: Triple | None = None  #: m in body axes, of the end
+    start_attachment: Triple | None = None  #: m in body axes, of the start
+    start_direction: Triple | None = None  #: clamped so at the start, see ModelBuilder.add_line
+    end_direction: Triple | None = None  #: clamped so at the end
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +105,7 @@ class System:
     water: Water = field(default_factory=Water)
     points: Mapping[str, PrescribedPoint | FreePoint | Weathervane]
     bodies: Mapping[str, Body] = field(default_factory=dict)
-    lines: Mapping[str, Line]
+    lines: Mapping[str, Line | SectionedLine]
 
     def __post_init__(self) -> None:
         for name in ("points", "bodies", "lines"):

@@ -7,6 +7,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
@@ -32,8 +33,10 @@ namespace nb = nanobind;
 /// Any Python sequence of three numbers: tuple, list or array.
 using Triple = std::array<double, 3>;
 
+using OptionalTriple = std::optional<Triple>;
+
 inline Vec3 to_vec3(const Triple& t) { return {t[0], t[1], t[2]}; }
-inline std::optional<Vec3> to_vec3(const std::optional<Triple>& t) {
+inline std::optional<Vec3> to_vec3(const OptionalTriple& t) {
     return t ? std::optional<Vec3>(to_vec3(*t)) : std::nullopt;
 }
 

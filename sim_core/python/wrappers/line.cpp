@@ -6,29 +6,39 @@ namespace sim_core::python {
 using namespace nb::literals;
 
 void bind_lines(nb::module_& module) {
-    nb::class_<LineProperties>(module, "LineProperties", R"(A uniform line.
+    nb::class_<LineProperties>(module, "LineProperties", R"(A uniform line, or a uniform section of one.
 
 length: m, unstretched; diameter: m, for drag and added mass; mass_per_length: kg/m in air;
-axial_stiffness: EA, N; axial_damping: N·s, tension per strain rate; normal_drag Cn on the diameter;
-tangential_drag Ct on the skin π d; added_mass Ca of π d²/4, across the line;
+axial_stiffness: EA, N; axial_damping: N·s, tension per strain rate;
+bending_stiffness: EI, N·m² (0: limp); normal_drag Cn on the diameter; tangential_drag Ct on the skin π d; added_mass Ca of π d²/4, across the line;
 displaced_area: m², for buoyancy (default π d²/4); slack_tension: N, below which the tension is rounded off to
-its lower bound of zero (default 1 % of the line's weight in air).)")
+its lower bound of zero (default 1 % of the whole line's weight in air).)")
         .def(
             "__init__",
             [](LineProperties* self, double length, double diameter, double mass_per_length, double axial_stiffness,
-               double axial_damping, double normal_drag, double tangential_drag, double added_mass,
-               std::optional<double> displaced_area, std::optional<double> slack_tension) {
-                new (self) LineProperties{length,          diameter,   mass_per_length, axial_stiffness, axial_damping, normal_drag,
-                                          tangential_drag, added_mass, displaced_area,  slack_tension};
+               double axial_damping, double bending_stiffness, double normal_drag, double tangential_drag,
+               double added_mass, std::optional<double> displaced_area, std::optional<double> slack_tension) {
+                new (self) LineProperties{.length = length,
+                                          .diameter = diameter,
+                                          .mass_per_length = mass_per_length,
+                                          .axial_stiffness = axial_stiffness,
+                                          .axial_damping = axial_damping,
+                                          .bending_stiffness = bending_stiffness,
+                                          .normal_drag = normal_drag,
+                                          .tangential_drag = tangential_drag,
+                                          .added_mass = added_mass,
+                                          .displaced_area = displaced_area,
+                                          .slack_tension = slack_tension};
             },
             nb::kw_only(), "length"_a, "diameter"_a, "mass_per_length"_a, "axial_stiffness"_a,
-            "axial_damping"_a = 0.0, "normal_drag"_a = 1.2, "tangential_drag"_a = 0.01, "added_mass"_a = 1.0,
-            "displaced_area"_a = nb::none(), "slack_tension"_a = nb::none())
+            "axial_damping"_a = 0.0, "bending_stiffness"_a = 0.0, "normal_drag"_a = 1.2, "tangential_drag"_a = 0.01,
+            "added_mass"_a = 1.0, "displaced_area"_a = nb::none(), "slack_tension"_a = nb::none())
         .def_ro("length", &LineProperties::length)
         .def_ro("diameter", &LineProperties::diameter)
         .def_ro("mass_per_length", &LineProperties::mass_per_length)
         .def_ro("axial_stiffness", &LineProperties::axial_stiffness)
         .def_ro("axial_damping", &LineProperties::axial_damping)
+        .def_ro("bending_stiffness", &LineProperties::bending_stiffness)
         .def_ro("normal_drag", &LineProperties::normal_drag)
         .def_ro("tangential_drag", &LineProperties::tangential_drag)
         .def_ro("added_mass", &LineProperties::added_mass)

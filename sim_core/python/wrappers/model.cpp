@@ -76,14 +76,37 @@ Raises InvalidInput (a ValueError) naming the part for impossible values and unk
         .def(
             "add_line",
             [](ModelBuilder& self, const std::string& name, const std::string& start, const std::string& end,
-               const LineProperties& properties, int segments, std::optional<Triple> attachment,
-               std::optional<Triple> start_attachment) {
-                self.add_line(name, start, end, properties, segments, to_vec3(attachment), to_vec3(start_attachment));
+               const LineProperties& properties, int segments, const OptionalTriple& attachment,
+               const OptionalTriple& start_attachment, const OptionalTriple& start_direction,
+               const OptionalTriple& end_direction) {
+                self.add_line(name, {start, to_vec3(start_attachment), to_vec3(start_direction)},
+                              {end, to_vec3(attachment), to_vec3(end_direction)}, {{properties, segments}});
             },
             "name"_a, "start"_a, "end"_a, "properties"_a, nb::kw_only(), "segments"_a, "attachment"_a = nb::none(),
-            "start_attachment"_a = nb::none(),
-            "Add a line between two named points or bodies. attachment (at the end) and start_attachment: (3,) m in\n"
-            "body axes, needed exactly where that end is a body.")
+            "start_attachment"_a = nb::none(), "start_direction"_a = nb::none(), "end_direction"_a = nb::none(),
+            R"(Add a uniform line between two named points or bodies.
+
+attachment (at the end) and start_attachment: (3,) m in body axes, needed exactly where that end is a body.
+start_direction, end_direction: (3,) any length; the line is clamped there and runs in this direction, from its
+start towards its end; in tank axes at a prescribed point, in body axes at a body. Takes bending_stiffness > 0.
+Ends without it, and all ends at free points, carry no moment.)")
+        .def(
+            "add_line",
+            [](ModelBuilder& self, const std::string& name, const std::string& start, const std::string& end,
+               const std::vector<std::pair<LineProperties, int>>& sections, const OptionalTriple& attachment,
+               const OptionalTriple& start_attachment, const OptionalTriple& start_direction,
+               const OptionalTriple& end_direction) {
+                std::vector<LineSection> list;
+                for (const auto& [properties, segments] : sections) list.push_back({properties, segments});
+                self.add_line(name, {start, to_vec3(start_attachment), to_vec3(start_direction)},
+                              {end, to_vec3(attachment), to_vec3(end_direction)}, list);
+            },
+            "name"_a, "start"_a, "end"_a, nb::kw_only(), "sections"_a, "attachment"_a = nb::none(),
+            "start_attachment"_a = nb::none(), "start_direction"_a = nb::none(), "end_direction"_a = nb::none(),
+            R"(Add a line of several uniform sections, from its start to its end.
+
+sections: pairs of LineProperties and the number of segments of that section. The rest as for a uniform line. Where a
+limp section meets a stiff one the line carries no moment.)")
         .def(
             "build", [](const ModelBuilder& self) { return SharedModel{std::make_shared<const Model>(self.build())}; },
             "The constant model. Everything must be connected to a prescribed point.");

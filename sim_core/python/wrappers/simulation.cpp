@@ -211,8 +211,9 @@ Second order, damps nothing; what the step does not resolve alternates from step
     nb::class_<Energy>(module, "Energy", "Mechanical energy of what moves freely, J.")
         .def_ro("kinetic", &Energy::kinetic, "J, added mass included")
         .def_ro("gravity", &Energy::gravity, "J, weight minus buoyancy; exact if everything is dry or immersed")
-        .def_ro("elastic", &Energy::elastic, "J")
-        .def_prop_ro("total", [](const Energy& e) { return e.kinetic + e.gravity + e.elastic; }, "J");
+        .def_ro("elastic", &Energy::elastic, "J, of the tension")
+        .def_ro("bending", &Energy::bending, "J")
+        .def_prop_ro("total", [](const Energy& e) { return e.kinetic + e.gravity + e.elastic + e.bending; }, "J");
     module.def("energy", &energy, "state"_a, "Mechanical energy of a state.");
 
     nb::class_<Simulator> simulator(module, "Simulator", R"(Advances one state in time.
