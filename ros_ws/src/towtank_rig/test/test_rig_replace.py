@@ -45,6 +45,11 @@ def test_a_new_key_joins_its_section_and_a_whole_section_can_change():
     ranged = RIG.replace({"board.excitation": {"value": "10 V", "range": [9.9, 10.1]}})
     assert ranged.board.excitation.range == (9.9, 10.1)
     assert RIG.replace({"fish.fins": []}).fish.fins == ()
+    bending = RIG.replace({"lines.primary.bending_stiffness": "0.2 N m^2"}).lines
+    assert (bending.primary.bending_stiffness.value, bending.secondary.bending_stiffness) == (
+        0.2,
+        None,
+    )
     bare = RIG.replace({"calibrations": {}, "fish.fins": [], "run.ramp_time": 5})
     assert bare.calibrations.fish_pressure is None
     assert bare.run.ramp_time.value == 5 and bare.fish.tow_point == RIG.fish.tow_point

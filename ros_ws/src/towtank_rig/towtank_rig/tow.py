@@ -62,7 +62,8 @@ class Line(Section):
     """A composite cable between two named points.
 
     Drag per length is ½ρ·Cn·d·|u_n|u_n normal and (π/2)·ρ·Ct·d·|u_t|u_t along the line; the
-    transverse added mass per length is Ca·ρ·πd²/4.
+    transverse added mass per length is Ca·ρ·πd²/4. Without ``bending_stiffness`` the line is limp;
+    with it, it bends between its ends, which carry no moment.
     """
 
     from_point: Point = Field(alias="from")
@@ -73,6 +74,7 @@ class Line(Section):
     weight_in_water_per_length: Annotated[Quantity, SI("kg/m")]
     axial_stiffness: Annotated[Quantity, SI("N", gt=0)]
     axial_damping: Annotated[Quantity, SI("N s", ge=0)]
+    bending_stiffness: Annotated[Quantity, SI("N m^2", ge=0)] | None = None
     normal_drag: Coefficient
     tangential_drag: Coefficient
     added_mass: Coefficient

@@ -71,6 +71,14 @@ def test_line_displaces_what_its_weights_say(rig):
         assert weight_in_water == pytest.approx(line.weight_in_water_per_length.value, rel=1e-12)
 
 
+def test_a_line_is_limp_unless_its_bending_stiffness_is_given(nit_calicut):
+    stiff = nit_calicut.replace({"lines.primary.bending_stiffness": "0.2 N m^2"})
+    density = nit_calicut.water.density.value
+    assert line_properties(nit_calicut.lines.primary, density).bending_stiffness == 0.0
+    assert line_properties(stiff.lines.primary, density).bending_stiffness == 0.2
+    assert line_properties(stiff.lines.secondary, density).bending_stiffness == 0.0
+
+
 def test_fish_inertia_moves_to_mid_hull(nit_calicut):
     """Steiner: I_origin = I_cg + m·(distance from the axis)²."""
     moved = nit_calicut.replace({"fish.centre_of_gravity.x": 0.01}).fish

@@ -94,12 +94,14 @@ def build_model(rig: Rig, segments: int = 0) -> sc.Model:
 def line_properties(line: Line, density: float) -> sc.LineProperties:
     """Return a line's properties; what it displaces follows from its two weights."""
     mass = line.mass_per_length.value
+    bending = line.bending_stiffness
     return sc.LineProperties(
         length=line.length.value,
         diameter=line.diameter.value,
         mass_per_length=mass,
         axial_stiffness=line.axial_stiffness.value,
         axial_damping=line.axial_damping.value,
+        bending_stiffness=bending.value if bending else 0.0,
         normal_drag=line.normal_drag.value,
         tangential_drag=line.tangential_drag.value,
         added_mass=line.added_mass.value,
