@@ -11,9 +11,14 @@ import sim_core as sc
 
 CABLE = sc.LineProperties(length=3.0, diameter=0.01, mass_per_length=0.2, axial_stiffness=6e5)
 FIN = sc.Fin(position=(-0.5, 0, 0), normal=(0, 0, 1), area=0.01, lift_slope=3.0)
+HULL = sc.HullTable(
+    attack=(-0.5, 0, 0.5), sideslip=(-0.5, 0, 0.5), coefficients=[[(0.3,) * 6] * 3] * 3,
+    area=0.01, length=1.0,
+)  # fmt: skip
 FISH = sc.Body(
     mass=5.0, inertia=(0.1, 0.5, 0.5), volume=5e-3, diameter=0.1, length=1.0,
     axial_drag=0.3, cross_flow_drag=1.1, fins=[FIN, FIN],
+    downwash=[sc.Downwash(front=0, rear=1, slope=0.4)], places={"nose": (0.5, 0, 0)},
 )  # fmt: skip
 TOW = sc.System(
     water=sc.Water(density=1025.0),
@@ -30,7 +35,10 @@ PARTS = [
     sc.Water(density=1025.0, current=(0.1, 0, 0)),
     CABLE,
     FIN,
+    FISH.downwash[0],
+    HULL,
     FISH,
+    FISH.replace(hull_table=HULL, axial_drag=0.0, munk_moment=0.0),
     sc.FreePoint(mass=1.0, drag_area=(0.1, 0.2, 0.3)),
     sc.Weathervane(mass=5.0, volume=1e-3, drag_area=(0.01, 0.1, 0.02)),
     *TOW.lines.values(),
@@ -56,7 +64,9 @@ def test_a_part_prints_as_it_is_made(part):
     assert hash(eval(repr(part), vars(sc))) == hash(part)
 
 
-@pytest.mark.parametrize("cls", [sc.Water, sc.LineProperties, sc.Fin, sc.Body])
+@pytest.mark.parametrize(
+    "cls", [sc.Water, sc.LineProperties, sc.Fin, sc.Downwash, sc.HullTable, sc.Body]
+)
 def test_compiled_parts_show_all_that_they_are_made_of(cls):
     """Copies rely on it: what could not be read back would be lost."""
     signature = cls.__init__.__nb_signature__[0][0]

@@ -72,6 +72,7 @@ def soft_model():
         cross_flow_drag=1.1,
         munk_moment=0.7,
         fins=fins,
+        downwash=[sc.Downwash(front=0, rear=1, slope=0.5)],
         strips=5,
     )
     b.add_body("fish", fish)

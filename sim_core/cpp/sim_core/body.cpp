@@ -24,6 +24,39 @@ struct WrenchWithDerivatives {
     Mat3 force_turn = Mat3::Zero(), moment_turn = Mat3::Zero();
     Vec3 force_z = Vec3::Zero(), moment_z = Vec3::Zero();
 
+    /// Adds the cross-flow drag k |u| u of a strip that acts at x and moves with the body's rotation as at `arm`.
+    void add_cross_flow(double x, double arm, double k, double u_y, double u_z) {
+        const double speed = std::sqrt(u_y * u_y + u_z * u_z);
+        const double drag_y = k * speed * u_y;
+        const double drag_z = k * speed * u_z;
+        force.y() += drag_y;
+        force.z() += drag_z;
+        moment.y() -= x * drag_z;
+        moment.z() += x * drag_y;
+        if (speed > 0.0) {
+            const double yy = k * (speed + u_y * u_y / speed);
+            const double yz = k * u_y * u_z / speed;
+            const double zz = k * (speed + u_z * u_z / speed);
+            // d(u_y, u_z)/dv = −1; d u_y/d w_z = −arm; d u_z/d w_y = arm
+            force_v(1, 1) -= yy;
+            force_v(1, 2) -= yz;
+            force_v(2, 1) -= yz;
+            force_v(2, 2) -= zz;
+            force_w(1, 1) += arm * yz;
+            force_w(1, 2) -= arm * yy;
+            force_w(2, 1) += arm * zz;
+            force_w(2, 2) -= arm * yz;
+            moment_v(1, 1) += x * yz;
+            moment_v(1, 2) += x * zz;
+            moment_v(2, 1) -= x * yy;
+            moment_v(2, 2) -= x * yz;
+            moment_w(1, 1) -= x * arm * zz;
+            moment_w(1, 2) += x * arm * yz;
+            moment_w(2, 1) += x * arm * yz;
+            moment_w(2, 2) -= x * arm * yy;
+        }
+    }
+
     /// Adds a force that acts at r and scales with an immersed fraction; z is the height of r above the origin as
     /// row of its derivative with respect to turning.
     void add_wetted(const Vec3& at, const Vec3& f, double wet_z, const Vec3& z_turn) {
@@ -71,10 +104,44 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
         require(fin.normal.norm() > 1e-6, "a fin's normal must not be zero");
         fins_.emplace_back(fin, water.density);
     }
+    ahead_.resize(fins_.size());
+    for (const Downwash& downwash : body.downwash) {
+        const int count = static_cast<int>(fins_.size());
+        require(downwash.front >= 0 && downwash.front < count && downwash.rear >= 0 && downwash.rear < count &&
+                    downwash.front != downwash.rear,
+                "downwash: front and rear must be indices of two of its fins");
+        require(std::isfinite(downwash.slope), "downwash: slope must be finite");
+        ahead_[downwash.rear].push_back(downwash);
+    }
+    if (body.hull_table) {
+        require(body.axial_drag == 0.0 && body.munk_moment == 0.0,
+                "the hull_table holds axial drag and Munk moment: give axial_drag=0 and munk_moment=0");
+        hull_table_.emplace(*body.hull_table, water.density);
+    }
+    for (const auto& [place, at] : body.places) require(at.allFinite(), "places must be finite");
     strip_length_ = body.length / body.strips;
     strip_drag_ = 0.5 * water.density * body.cross_flow_drag * body.diameter * strip_length_;
     strip_buoyancy_ = water.density * water.gravity * body.volume / body.strips;
     axial_drag_ = 0.5 * water.density * body.axial_drag * 0.25 * std::numbers::pi * body.diameter * body.diameter;
+}
+
+void BodyForce::add_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec3& flow, Mat3& flow_v,
+                             Mat3& flow_w) const {
+    const FinForce& fin = fins_[rear];
+    const double chordwise = -flow.dot(fin.chord());
+    if (chordwise <= 0.0) return;
+    const Eigen::RowVector3d chordwise_v = fin.chord().transpose();  // d flow/dv = −1
+    const Eigen::RowVector3d chordwise_w = -fin.chord().transpose() * skew(fin.position());
+    for (const Downwash& downwash : ahead_[rear]) {
+        const FinForce& front = fins_[downwash.front];
+        const Vec3& at = front.position();
+        Vec3 incidence_flow;
+        const double angle = downwash.slope * front.incidence(-v - w.cross(at), incidence_flow);
+        const Eigen::RowVector3d angle_flow = downwash.slope * incidence_flow.transpose();
+        flow -= angle * chordwise * front.normal();
+        flow_v += front.normal() * (chordwise * angle_flow - angle * chordwise_v);
+        flow_w -= front.normal() * (chordwise * angle_flow * skew(at) + angle * chordwise_w);
+    }
 }
 
 void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& force, Vec3& moment,
@@ -120,36 +187,8 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
         if (strip.fraction == 0.0) continue;
         const double u_y = -v.y() - w.z() * x;
         const double u_z = -v.z() + w.y() * x;
-        const double speed = std::sqrt(u_y * u_y + u_z * u_z);
-        const double k = strip_drag_ * strip.fraction;
-        const double drag_y = k * speed * u_y;
-        const double drag_z = k * speed * u_z;
-        s.force.y() += drag_y;
-        s.force.z() += drag_z;
-        s.moment.y() -= x * drag_z;
-        s.moment.z() += x * drag_y;
-        if (speed > 0.0) {
-            const double yy = k * (speed + u_y * u_y / speed);
-            const double yz = k * u_y * u_z / speed;
-            const double zz = k * (speed + u_z * u_z / speed);
-            // d(u_y, u_z)/dv = −1; d u_y/d w_z = −x; d u_z/d w_y = x
-            s.force_v(1, 1) -= yy;
-            s.force_v(1, 2) -= yz;
-            s.force_v(2, 1) -= yz;
-            s.force_v(2, 2) -= zz;
-            s.force_w(1, 1) += x * yz;
-            s.force_w(1, 2) -= x * yy;
-            s.force_w(2, 1) += x * zz;
-            s.force_w(2, 2) -= x * yz;
-            s.moment_v(1, 1) += x * yz;
-            s.moment_v(1, 2) += x * zz;
-            s.moment_v(2, 1) -= x * yy;
-            s.moment_v(2, 2) -= x * yz;
-            s.moment_w(1, 1) -= x * x * zz;
-            s.moment_w(1, 2) += x * x * yz;
-            s.moment_w(2, 1) += x * x * yz;
-            s.moment_w(2, 2) -= x * x * yy;
-        }
+        s.add_cross_flow(x, x, strip_drag_ * strip.fraction, u_y, u_z);
+        if (hull_table_) s.add_cross_flow(x, 0.0, -strip_drag_ * strip.fraction, -v.y(), -v.z());
         wet += share * strip.fraction;
         const Vec3 at(x, 0.0, 0.0);
         const Vec3 displaced_at = at + body_.centre_of_buoyancy;
@@ -163,13 +202,15 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
             const double slope = -strip.slope * inverse_radius;
             const Vec3 z_turn = at.cross(up);  // d(R at)_z = up · (δφ × at) = δφ · (at × up)
             s.add_wetted(displaced_at, buoyancy, slope, z_turn);
-            s.add_wetted(at, strip_drag_ * speed * Vec3(0.0, u_y, u_z), slope, z_turn);
+            Vec3 drag = strip_drag_ * std::sqrt(u_y * u_y + u_z * u_z) * Vec3(0.0, u_y, u_z);
+            if (hull_table_) drag += strip_drag_ * std::sqrt(v.y() * v.y() + v.z() * v.z()) * Vec3(0.0, v.y(), v.z());
+            s.add_wetted(at, drag, slope, z_turn);
             wet_z += share * slope;
             wet_turn += share * slope * z_turn;
         }
     }
 
-    // Axial drag and added mass, with the mean immersed fraction
+    // Axial drag or table, and added mass, with the mean immersed fraction
     const double k = body_.munk_moment;
     const Mat3 Ma = body_.added_mass.topLeftCorner<3, 3>();
     const Mat3 Da = body_.added_mass.bottomLeftCorner<3, 3>();
@@ -181,8 +222,17 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     const Vec3 turning = w.cross(v);  // the water's impulse changes with v̇ = a − turning, seen from the body
     Vec3 hull_force = k * (Ma * turning - w.cross(P)) - Ma * a - Da.transpose() * alpha;
     hull_force.x() -= axial_drag_ * std::abs(v.x()) * v.x();
-    const Vec3 hull_moment =
+    Vec3 hull_moment =
         k * (Da * turning - w.cross(Dv) - v.cross(P)) - w.cross(Jw) - Da * a - Ja * alpha;
+    if (hull_table_) {
+        Vec3 table_force, table_moment;
+        Mat3 table_force_v, table_moment_v;
+        hull_table_->evaluate(v, table_force, table_moment, table_force_v, table_moment_v);
+        hull_force += table_force;
+        hull_moment += table_moment;
+        s.force_v += wet * table_force_v;
+        s.moment_v += wet * table_moment_v;
+    }
     s.force += wet * hull_force;
     s.moment += wet * hull_moment;
     s.force_v += (wet * k) * (Ma * W - W * Ma);
@@ -199,22 +249,27 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     s.force_turn += hull_force * wet_turn.transpose();
     s.moment_turn += hull_moment * wet_turn.transpose();
 
-    for (const FinForce& fin : fins_) {
+    for (std::size_t i = 0; i < fins_.size(); ++i) {
+        const FinForce& fin = fins_[i];
         const Vec3& at = fin.position();
         const Wetness immersion = wetness(-(motion.position.z() + R.row(2).dot(at)) / fin.half_height());
         if (immersion.fraction == 0.0) continue;
         Vec3 lift;
         Mat3 lift_flow;
-        fin.evaluate(-v - w.cross(at), lift, lift_flow);
         const Mat3 A = skew(at);
-        const Mat3 wetted_flow = immersion.fraction * lift_flow;
-        const Mat3 flow_w = wetted_flow * A;  // d(−w × at)/dw = skew(at)
+        Vec3 flow = -v - w.cross(at);
+        Mat3 flow_v = -Mat3::Identity();
+        Mat3 flow_w = A;  // d(−w × at)/dw = skew(at)
+        if (!ahead_[i].empty()) add_downwash(i, v, w, flow, flow_v, flow_w);
+        fin.evaluate(flow, lift, lift_flow);
+        const Mat3 wetted_v = immersion.fraction * lift_flow * flow_v;
+        const Mat3 wetted_w = immersion.fraction * lift_flow * flow_w;
         s.force += immersion.fraction * lift;
         s.moment += immersion.fraction * at.cross(lift);
-        s.force_v -= wetted_flow;
-        s.moment_v -= A * wetted_flow;
-        s.force_w += flow_w;
-        s.moment_w += A * flow_w;
+        s.force_v += wetted_v;
+        s.moment_v += A * wetted_v;
+        s.force_w += wetted_w;
+        s.moment_w += A * wetted_w;
         if (immersion.slope != 0.0) s.add_wetted(at, lift, -immersion.slope / fin.half_height(), at.cross(up));
     }
 

@@ -2,10 +2,13 @@
 // The tow-fish: a rigid body with six degrees of freedom in water (Kirchhoff's equations).
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "fin.hpp"
+#include "hull_table.hpp"
 #include "types.hpp"
 #include "water.hpp"
 
@@ -32,6 +35,12 @@ struct Body {
     double munk_moment = 1.0;
     int strips = 20;                            ///< along the hull, for cross-flow drag and immersion
     std::vector<Fin> fins;
+    std::vector<Downwash> downwash;             ///< of front fins on rear fins
+    /// Steady force and moment of the hull instead of axial and cross-flow drag. The table holds the Munk moment: axial_drag and
+    /// munk_moment must be 0. The strips then only damp rotation: each has its cross-flow drag less what it would be
+    /// without rotation.
+    std::optional<HullTable> hull_table;
+    std::map<std::string, Vec3> places;         ///< of sensors and the like, body axes, m
 };
 
 /// Position and motion of a body: translation in tank axes, rotation in body axes.
@@ -66,8 +75,14 @@ class BodyForce {
     const Body& body() const { return body_; }
 
   private:
+    /// Turns the flow at a fin by the downwash of those ahead of it, and adds the derivatives of the turned flow's
+    /// change with respect to v and w.
+    void add_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec3& flow, Mat3& flow_v, Mat3& flow_w) const;
+
     Body body_;
     std::vector<FinForce> fins_;
+    std::vector<std::vector<Downwash>> ahead_;  ///< per fin, of the fins ahead of it
+    std::optional<HullTableForce> hull_table_;
     double strip_length_;
     double strip_drag_;      ///< ½ρ Cd d Δx, N/(m/s)²
     double strip_buoyancy_;  ///< N

@@ -21,6 +21,30 @@ FinForce::FinForce(const Fin& fin, double density)
     chord_.normalize();
 }
 
+double FinForce::level_off(double s, double& slope) const {
+    // S(s) = s / (1 + (s/s0)^8)^(1/8): linear to 0.05 % at half the stall angle, level at s0
+    const double ratio = s / stall_sine_;
+    const double ratio4 = ratio * ratio * ratio * ratio;
+    const double blend = 1.0 + ratio4 * ratio4;
+    const double root = std::sqrt(std::sqrt(std::sqrt(blend)));
+    slope = 1.0 / (root * blend);
+    return s / root;
+}
+
+double FinForce::incidence(const Vec3& flow, Vec3& flow_derivative) const {
+    const double c = -flow.dot(chord_);
+    const double w = flow.dot(normal_);
+    const double q = std::sqrt(c * c + w * w);
+    if (q < 1e-12) {
+        flow_derivative.setZero();
+        return 0.0;
+    }
+    double slope;
+    const double sine = level_off(w / q, slope);
+    flow_derivative = (slope * c / (q * q * q)) * (c * normal_ + w * chord_);
+    return sine;
+}
+
 void FinForce::evaluate(const Vec3& flow, Vec3& force, Mat3& flow_derivative) const {
     const double c = -flow.dot(chord_);
     const double w = flow.dot(normal_);
@@ -30,14 +54,9 @@ void FinForce::evaluate(const Vec3& flow, Vec3& force, Mat3& flow_derivative) co
         flow_derivative.setZero();
         return;
     }
-    // S(s) = s / (1 + (s/s0)^8)^(1/8): linear to 0.05 % at half the stall angle, level at s0
-    const double s = w / q;
-    const double ratio = s / stall_sine_;
-    const double ratio4 = ratio * ratio * ratio * ratio;
-    const double blend = 1.0 + ratio4 * ratio4;
-    const double root = std::sqrt(std::sqrt(std::sqrt(blend)));
-    const double lift = lift_slope_ * s / root;
-    const double lift_ds = lift_slope_ / (root * blend);
+    double slope;
+    const double lift = lift_slope_ * level_off(w / q, slope);
+    const double lift_ds = lift_slope_ * slope;
     const double s_c = -w * c / (q * q * q);
     const double s_w = c * c / (q * q * q);
 

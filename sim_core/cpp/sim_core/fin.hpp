@@ -22,6 +22,18 @@ struct Fin {
     double cross_flow_drag = 0.0;   ///< drag coefficient broadside
 };
 
+/// A fin in the downwash of another one ahead of it.
+///
+/// The flow at the rear fin is turned by ε = slope · S(w/q) of the front fin (see Fin: its incidence up to stall, since
+/// the downwash comes with the lift) against the front fin's normal: by ε c, with c the rear fin's own chordwise speed; not at all when
+/// the flow comes from behind. The wake is in place at once; the time that the water takes from fin to fin is left out.
+/// Source: Etkin & Reid, Dynamics of Flight (1996), section 2.3. Several front fins add up.
+struct Downwash {
+    int front = 0;       ///< index into the body's fins
+    int rear = 0;
+    double slope = 0.0;  ///< dε/dα
+};
+
 /// What the force needs, prepared once.
 class FinForce {
   public:
@@ -30,10 +42,18 @@ class FinForce {
     /// Force (N, body axes) in the local flow (m/s, body axes: water relative to the fin), and its derivative.
     void evaluate(const Vec3& flow, Vec3& force, Mat3& flow_derivative) const;
 
+    /// The sine of the incidence, level beyond stall as the lift is, and its derivative with respect to the flow.
+    double incidence(const Vec3& flow, Vec3& flow_derivative) const;
+
     const Vec3& position() const { return position_; }
+    const Vec3& normal() const { return normal_; }
+    const Vec3& chord() const { return chord_; }
     double half_height() const { return half_height_; }
 
   private:
+    /// S(s) and its derivative.
+    double level_off(double s, double& slope) const;
+
     Vec3 position_;
     Vec3 normal_;
     Vec3 chord_;        ///< forward

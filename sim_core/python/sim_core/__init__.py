@@ -18,10 +18,12 @@ from sim_core._core import (
     Body,
     Box,
     ConvergenceError,
+    Downwash,
     Energy,
     Fin,
     ForwardEuler,
     GeneralizedAlpha,
+    HullTable,
     Integrator,
     InvalidInput,
     LineProperties,
@@ -48,6 +50,8 @@ from sim_core.added_mass import (
     hull_added_mass,
     lamb_coefficients,
 )
+from sim_core.fin_coefficients import body_lift_factor, downwash_slope, lift_slope
+from sim_core.hull_tables import hull_of_revolution, polynomial_hull
 from sim_core.mass_properties import (
     MassProperties,
     Part,
@@ -55,8 +59,9 @@ from sim_core.mass_properties import (
     enclosed_water,
     mass_properties,
 )
-from sim_core.result import BodyHistory, LineHistory, PointHistory, Result
+from sim_core.result import BodyHistory, LineHistory, PlaceHistory, PointHistory, Result
 from sim_core.running import run
+from sim_core.static_stability import StaticStability, static_stability, trimmed_pitch
 from sim_core.system import (
     FreePoint,
     Line,
@@ -73,11 +78,13 @@ __all__ = [
     "BodyHistory",
     "Box",
     "ConvergenceError",
+    "Downwash",
     "Energy",
     "Fin",
     "ForwardEuler",
     "FreePoint",
     "GeneralizedAlpha",
+    "HullTable",
     "Integrator",
     "InvalidInput",
     "LambCoefficients",
@@ -91,6 +98,7 @@ __all__ = [
     "MotionSample",
     "Newmark",
     "Part",
+    "PlaceHistory",
     "PointHistory",
     "PrescribedPoint",
     "Result",
@@ -100,19 +108,27 @@ __all__ = [
     "Sinusoid",
     "SliderCrank",
     "State",
+    "StaticStability",
     "SteadyTow",
     "System",
     "TimeSeries",
     "Water",
     "Weathervane",
     "about_origin",
+    "body_lift_factor",
     "cylinder_gyration",
+    "downwash_slope",
     "enclosed_water",
     "energy",
     "fin_added_mass",
     "hull_added_mass",
+    "hull_of_revolution",
     "lamb_coefficients",
+    "lift_slope",
     "mass_properties",
+    "polynomial_hull",
     "run",
+    "static_stability",
     "steady_tow",
+    "trimmed_pitch",
 ]

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_core._core import Model, State
+from sim_core._core import InvalidInput, Model, State
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,18 @@ class PointHistory:
 
 
 @dataclass(frozen=True)
+class PlaceHistory:
+    """Motion of a place on a body, where a sensor sits."""
+
+    position: Array  #: (samples, 3) m, tank axes
+    velocity: Array  #: (samples, 3) m/s, tank axes
+    acceleration: Array  #: (samples, 3) m/s², tank axes
+    #: (samples, 3) m/s², body axes: what an accelerometer there feels, acceleration minus gravity
+    #: (g upwards at rest)
+    specific_force: Array
+
+
+@dataclass(frozen=True)
 class BodyHistory:
     """Motion of a body: its origin in tank axes, its rotation in body axes."""
 
@@ -33,15 +45,58 @@ class BodyHistory:
     angular_velocity: Array  #: (samples, 3) rad/s, body axes
     acceleration: Array  #: (samples, 3) m/s²
     angular_acceleration: Array  #: (samples, 3) rad/s², body axes
+    #: (3,) m in body axes, by name: the places of the body's description
+    places: Mapping[str, Array] = field(default_factory=dict)
+    gravity: float = 9.81  #: m/s²
 
-    def position_of(self, place: tuple[float, float, float]) -> Array:
-        """(samples, 3) m in tank axes of a place given in body axes (m)."""
-        w, vector = self.quaternion[:, :1], self.quaternion[:, 1:]
-        arm = np.asarray(place, dtype=float)
-        # q v q*, written out: v + 2 w (u × v) + 2 u × (u × v)
-        cross = np.cross(vector, arm)
-        place_in_tank: Array = self.position + arm + 2.0 * (w * cross + np.cross(vector, cross))
+    @property
+    def yaw_pitch_roll(self) -> Array:
+        """(samples, 3) rad: turns about z, then y, then x of the turned axes.
+
+        Right-handed about x forward, y to port, z up: positive pitch is nose down, positive roll
+        port side up, positive yaw nose to port.
+        """
+        w, x, y, z = self.quaternion.T
+        yaw = np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+        pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+        roll = np.arctan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
+        return np.column_stack([yaw, pitch, roll])
+
+    def position_of(self, place: str | tuple[float, float, float]) -> Array:
+        """(samples, 3) m in tank axes of a place: its name, or where it is in body axes (m)."""
+        place_in_tank: Array = self.position + _turned(self.quaternion, self._arm(place))
         return place_in_tank
+
+    def at(self, place: str | tuple[float, float, float]) -> PlaceHistory:
+        """The motion of a place: its name in the body's description, or (3,) m in body axes."""
+        arm = self._arm(place)
+        omega, q = self.angular_velocity, self.quaternion
+        spin = np.cross(omega, arm)
+        turning = np.cross(self.angular_acceleration, arm) + np.cross(omega, spin)
+        acceleration = self.acceleration + _turned(q, turning)
+        felt = acceleration + np.array([0.0, 0.0, self.gravity])
+        return PlaceHistory(
+            position=self.position + _turned(q, arm),
+            velocity=self.velocity + _turned(q, spin),
+            acceleration=acceleration,
+            specific_force=_turned(q * np.array([1.0, -1.0, -1.0, -1.0]), felt),
+        )
+
+    def _arm(self, place: str | tuple[float, float, float]) -> Array:
+        if not isinstance(place, str):
+            return np.asarray(place, dtype=float)
+        if place not in self.places:
+            known = ", ".join(f"'{name}'" for name in self.places) or "none"
+            raise InvalidInput(f"no place '{place}' on the body; there are: {known}")
+        return np.asarray(self.places[place], dtype=float)
+
+
+def _turned(quaternion: Array, vector: Array) -> Array:
+    """(samples, 3): vectors turned by unit quaternions, q v q*."""
+    w, u = quaternion[:, :1], quaternion[:, 1:]
+    cross = np.cross(u, vector)
+    turned: Array = vector + 2.0 * (w * cross + np.cross(u, cross))
+    return turned
 
 
 @dataclass(frozen=True)
@@ -101,6 +156,8 @@ def histories(
             angular_velocity=velocity[:, rotation],
             acceleration=acceleration[:, translation],
             angular_acceleration=acceleration[:, rotation],
+            places=model._body_places(name),
+            gravity=model.water.gravity,
         )
     lines = {}
     for name in model.lines:

@@ -33,10 +33,13 @@ void bind_model(nb::module_& module) {
             "Names of lines.")
         .def_prop_ro(
             "unknowns", [](const SharedModel& m) { return 3 * m.model->blocks(); }, "Number of scalar unknowns.")
+        .def_prop_ro(
+            "water", [](const SharedModel& m) { return m.model->water; }, "The water.")
         // Where things stand in a recording, for Result.
         .def("_point_site", [](const SharedModel& m, const std::string& name) { return m.model->points[m.model->point_index(name)].site; })
         .def("_body_entry", [](const SharedModel& m, const std::string& name) { return m.model->sites() + 2 * m.model->body_index(name); })
         .def("_body_index", [](const SharedModel& m, const std::string& name) { return m.model->body_index(name); })
+        .def("_body_places", [](const SharedModel& m, const std::string& name) { return m.model->bodies[m.model->body_index(name)].force.body().places; })
         .def("_line_sites", [](const SharedModel& m, const std::string& name) { return m.model->lines[m.model->line_index(name)].sites; })
         .def("_line_segments", [](const SharedModel& m, const std::string& name) {
             const Model::Line& line = m.model->lines[m.model->line_index(name)];

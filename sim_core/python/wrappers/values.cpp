@@ -20,6 +20,11 @@ nb::list fields(nb::handle cls) {
 
 /// Arrays and lists as tuples, so that values compare, hash and print as one.
 nb::object plain(nb::handle value) {
+    if (nb::isinstance<nb::dict>(value)) {
+        nb::dict items;
+        for (auto [key, item] : nb::borrow<nb::dict>(value)) items[key] = plain(item);
+        return items;
+    }
     if (nb::hasattr(value, "tolist")) return plain(value.attr("tolist")());
     if (!nb::isinstance<nb::list>(value) && !nb::isinstance<nb::tuple>(value)) return nb::borrow(value);
     nb::list items;
@@ -62,7 +67,15 @@ void bind_value(nb::handle cls) {
         },
         "other"_a.none(), nb::sig("def __eq__(self, other: object, /) -> bool"));
     define(
-        "__hash__", [](nb::handle self) { return nb::hash(nb::tuple(values(self).values())); },
+        "__hash__",
+        [](nb::handle self) {
+            nb::list all;
+            for (nb::handle value : values(self).values()) {
+                const bool mapping = nb::isinstance<nb::dict>(value);
+                all.append(mapping ? nb::tuple(nb::borrow<nb::dict>(value).items()) : nb::borrow(value));
+            }
+            return nb::hash(nb::tuple(all));
+        },
         nb::sig("def __hash__(self) -> int"));
     define(
         "__repr__",
@@ -88,7 +101,7 @@ void bind_value(nb::handle cls) {
 }  // namespace
 
 void bind_values(nb::module_& module) {
-    for (const char* name : {"Water", "LineProperties", "Fin", "Body"}) bind_value(module.attr(name));
+    for (const char* name : {"Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body"}) bind_value(module.attr(name));
 }
 
 }  // namespace sim_core::python
