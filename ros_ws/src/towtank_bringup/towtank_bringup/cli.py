@@ -11,6 +11,7 @@ import click
 VERBS = {
     "trial": "Record a trial and report it.",
     "compare": "Heave ratios of a recorded bag.",
+    "sweep": "A study over the parameters of a rig.",
     "rig": "Work with rig files.",
     "test": "Run the test suite.",
 }

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Charts of a study's report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import pyarrow as pa
+from plotly.subplots import make_subplots
+
+from towtank_study.results import unit_of
+from towtank_study.sensitivity import independent_rows
+from towtank_study.study import Plot, Reference, Sobol, Study
+from towtank_study.variables import Variable
+
+PALETTE = ("#1f5fa8", "#d9730d", "#2a8a57", "#8a4fa3", "#6b6b6b")
+REFERENCE_COLOUR = "#b3261e"
+SHOWN_INDICES = 20
+
+
+def plot_figure(
+    study: Study, variables: Sequence[Variable], table: pa.Table, plot: Plot
+) -> go.Figure:
+    """The plot's outputs, one below the other, over its x, with the study's references."""
+    rows = _shown_rows(study, variables, table, plot)
+    x = table[plot.x].take(rows).to_pylist()
+    numbers = all(isinstance(value, (int, float)) or value is None for value in x)
+    figure = make_subplots(rows=len(plot.y), cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    for row, name in enumerate(plot.y, start=1):
+        y = table[name].take(rows).to_pylist()
+        points = list(zip(x, y, strict=True))
+        if numbers:
+            points = sorted(point for point in points if None not in point)
+        xs, ys = [point[0] for point in points], [point[1] for point in points]
+        figure.add_scatter(
+            x=xs,
+            y=ys,
+            mode="lines+markers" if numbers and _is_a_line(study) else "markers",
+            line={"color": PALETTE[0], "width": 1.5},
+            marker={"size": 6 if len(xs) < 200 else 3},
+            name="found",
+            showlegend=row == 1,
+            row=row,
+            col=1,
+        )
+        for reference in study.references:
+            if reference.output == name:
+                _add_reference(figure, reference, axis="y", row=row)
+        figure.update_yaxes(title_text=_title(table, name), row=row, col=1)
+    if numbers and plot.logarithmic:
+        figure.update_xaxes(type="log")
+    return _finish(figure, _title(table, plot.x), len(plot.y))
+
+
+def distribution_figure(study: Study, table: pa.Table, dimensions: int, output: str) -> go.Figure:
+    """Histogram of an output over the independent samples of a random design."""
+    values = table[output].to_numpy().astype(float)
+    if isinstance(study.design, Sobol):
+        values = values[independent_rows(study.design, dimensions)]
+    values = values[np.isfinite(values)]
+    figure = make_subplots(rows=1, cols=1)
+    figure.add_histogram(x=values, nbinsx=50, marker={"color": PALETTE[0]}, showlegend=False)
+    if len(values):
+        for limit in np.percentile(values, [2.5, 97.5]):
+            figure.add_vline(x=limit, line={"color": PALETTE[0], "dash": "dot"})
+    for reference in study.references:
+        if reference.output == output:
+            _add_reference(figure, reference, axis="x")
+    figure.update_yaxes(title_text="samples")
+    return _finish(figure, f"{_title(table, output)} (dotted: its 95 % band)", 1)
+
+
+def indices_figure(sensitivity: Mapping[str, Any]) -> go.Figure:
+    """Bars of the first-order and total Sobol indices of one output, the largest first."""
+    ranked = sorted(
+        sensitivity["parameters"].items(), key=lambda item: item[1]["total"], reverse=True
+    )[:SHOWN_INDICES]
+    paths = [path for path, _ in ranked]
+    figure = make_subplots(rows=1, cols=1)
+    for kind, name, colour in (
+        ("total", "total", PALETTE[0]),
+        ("first", "first order", PALETTE[1]),
+    ):
+        figure.add_bar(
+            y=paths,
+            x=[indices[kind] for _, indices in ranked],
+            error_x={"array": [indices[f"{kind}_confidence"] for _, indices in ranked]},
+            orientation="h",
+            name=name,
+            marker={"color": colour},
+        )
+    figure.update_yaxes(autorange="reversed")
+    _finish(figure, "Sobol index, with its 95 % confidence", 1)
+    return figure.update_layout(height=140 + 28 * len(paths), barmode="group")
+
+
+def _shown_rows(
+    study: Study, variables: Sequence[Variable], table: pa.Table, plot: Plot
+) -> list[int]:
+    """Return the rows of a plot over a parameter: in a grid those with the other parameters at
+    their first values, in a one-at-a-time design at the rig's; all rows in other cases."""
+    everything = list(range(table.num_rows))
+    paths = [variable.path for variable in variables]
+    if plot.x not in paths or not _is_a_line(study):
+        return everything
+    others = [path for path in paths if path != plot.x]
+    first = {path: table[path][0].as_py() for path in others}
+    columns = {path: table[path].to_pylist() for path in others}
+    return [row for row in everything if all(columns[p][row] == first[p] for p in others)]
+
+
+def _is_a_line(study: Study) -> bool:
+    return study.design.kind in ("one_at_a_time", "full_factorial")
+
+
+def _add_reference(figure: go.Figure, reference: Reference, axis: str, row: int = 1) -> None:
+    """Draw a value as a line, or a band, across the given axis."""
+    style = {
+        "annotation_text": reference.label,
+        "annotation_font_color": REFERENCE_COLOUR,
+        "annotation_position": "top right" if axis == "y" else "top",
+        "row": row,
+        "col": 1,
+    }
+    low, high = reference.band or (reference.value, reference.value)
+    ends = {f"{axis}0": low, f"{axis}1": high}
+    draw = figure.add_hrect if axis == "y" else figure.add_vrect
+    line = {"color": REFERENCE_COLOUR, "width": 0 if reference.band else 1.5, "dash": "dash"}
+    fill = {"fillcolor": REFERENCE_COLOUR, "opacity": 0.15 if reference.band else 1.0}
+    draw(**ends, line=line, **fill, **style)
+
+
+def _title(table: pa.Table, column: str) -> str:
+    unit = unit_of(table, column)
+    return column.replace("_", " ") + ("" if unit == "1" else f", {unit}")
+
+
+def _finish(figure: go.Figure, x_title: str, rows: int) -> go.Figure:
+    figure.update_xaxes(title_text=x_title, row=rows, col=1)
+    return figure.update_layout(
+        template="plotly_white",
+        height=160 + 220 * rows,
+        margin={"l": 70, "r": 10, "t": 40, "b": 50},
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
+        font={"size": 13},
+    )

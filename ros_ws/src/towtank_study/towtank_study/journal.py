@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The journal of a running study: outcomes on the disk as soon as they are there.
+
+JSON lines. The first one says which study it is; each further one is an outcome. A line that a kill
+cut short is dropped when the journal is opened again, and its sample evaluated again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+
+from towtank_study.errors import StudyError
+from towtank_study.evaluation import Outcome
+
+
+class Journal:
+    """An open journal, held by one process at a time. outcomes: by sample, all so far."""
+
+    def __init__(self, path: Path, fingerprint: str) -> None:
+        """Open a journal, or begin it. StudyError if it is another study's or in use."""
+        self.outcomes: dict[int, Outcome] = {}
+        self._file = path.open("a+b")
+        try:
+            self._lock(path)
+            self._read(path, fingerprint)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def append(self, outcomes: Iterable[Outcome]) -> None:
+        """Write outcomes; when this returns they are on the disk."""
+        for outcome in outcomes:
+            self.outcomes[outcome.sample] = outcome
+            self._write(
+                {
+                    "sample": outcome.sample,
+                    "outputs": {
+                        name: value if math.isfinite(value) else None
+                        for name, value in outcome.outputs.items()
+                    },
+                    "error": outcome.error,
+                }
+            )
+        self._flush()
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._file.close()
+
+    def _lock(self, path: Path) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise StudyError(
+                f"{path.parent}: another process is at this study; wait for it"
+            ) from None
+
+    def _read(self, path: Path, fingerprint: str) -> None:
+        self._file.seek(0)
+        text = self._file.read()
+        whole = text[: text.rfind(b"\n") + 1]
+        self._file.truncate(len(whole))
+        header, *lines = whole.splitlines() or [b""]
+        if not header:
+            self._write({"fingerprint": fingerprint})
+            self._flush()
+            return
+        if json.loads(header)["fingerprint"] != fingerprint:
+            raise StudyError(
+                f"{path.parent} holds another study, rig or version of towtank; give a new "
+                f"directory with --out"
+            )
+        for line in lines:
+            entry = json.loads(line)
+            outputs = {
+                name: math.nan if value is None else value
+                for name, value in entry["outputs"].items()
+            }
+            self.outcomes[entry["sample"]] = Outcome(entry["sample"], outputs, entry["error"])
+
+    def _write(self, entry: dict[str, object]) -> None:
+        # Python's shortest form of a float gives the same float back.
+        self._file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
+
+    def _flush(self) -> None:
+        self._file.flush()
+        os.fsync(self._file.fileno())

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report of a study: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import jinja2
+import pyarrow as pa
+from plotly.graph_objects import Figure
+from plotly.offline import get_plotlyjs
+
+from towtank_study import charts
+from towtank_study.study import LatinHypercube, Plot, Sobol, Study
+from towtank_study.variables import Variable
+
+DEFAULT_OUTPUTS = ("heave_ratio_nose", "heave_ratio_port", "depressor_heave")
+
+
+def report_html(
+    study: Study, variables: Sequence[Variable], table: pa.Table, summary: dict[str, Any]
+) -> str:
+    """The report as text. table: the results; summary: as `summarise` gives it."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("towtank_study"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.j2").render(
+        study=study,
+        summary=summary,
+        charts=[
+            (heading, _chart_html(f"chart-{number}", figure))
+            for number, (heading, figure) in enumerate(_figures(study, variables, table, summary))
+        ],
+        plotly_js=get_plotlyjs(),
+    )
+
+
+def _figures(
+    study: Study, variables: Sequence[Variable], table: pa.Table, summary: dict[str, Any]
+) -> Iterator[tuple[str, Figure]]:
+    outputs = tuple(name for name in DEFAULT_OUTPUTS if name in study.outputs) or study.outputs[:3]
+    plots = study.plots
+    if not plots and not isinstance(study.design, Sobol):
+        plots = tuple(Plot(x=variable.path, y=outputs) for variable in variables)
+    for plot in plots:
+        yield f"Over {plot.x}", charts.plot_figure(study, variables, table, plot)
+    if isinstance(study.design, (Sobol, LatinHypercube)):
+        shown = dict.fromkeys([*(reference.output for reference in study.references), *outputs])
+        for name in (name for name in shown if name in study.outputs):
+            figure = charts.distribution_figure(study, table, len(variables), name)
+            yield f"Distribution of {name}", figure
+            indices = summary.get("sensitivity", {}).get(name)
+            if indices is not None:
+                yield f"Sobol indices of {name}", charts.indices_figure(indices)
+
+
+def _chart_html(name: str, figure: Figure) -> str:
+    return figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id=name,
+        config={"responsive": True, "displaylogo": False},
+    )

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A whole study: from its file to a directory with results, summary and report.
+
+The directory holds study.yaml and rig.yaml (the texts), while the study runs journal.jsonl, and in
+the end results.parquet, summary.json and report.html. A study that was stopped, by whatever, goes
+on from the journal.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import sim_core._core as core
+from towtank_rig import Rig, load_rig
+
+from towtank_study.designs import Sample, samples
+from towtank_study.errors import StudyError
+from towtank_study.evaluation import TowEvaluation
+from towtank_study.execution import evaluate_all
+from towtank_study.journal import Journal
+from towtank_study.loading import StudyFile, load_study
+from towtank_study.report import report_html
+from towtank_study.results import read_metadata, results_table, software_text, write_parquet
+from towtank_study.summary import summarise
+from towtank_study.variables import Variable, variables
+
+Progress = Callable[[int, int], None]
+"""Told how many of how many samples are done."""
+
+JOURNAL, RESULTS, SUMMARY, REPORT = (
+    "journal.jsonl",
+    "results.parquet",
+    "summary.json",
+    "report.html",
+)
+
+
+@dataclass(frozen=True)
+class PlannedStudy:
+    """A study that can be run: its file, its rig, and what they come to."""
+
+    file: StudyFile
+    rig: Rig
+    variables: list[Variable]
+    samples: list[Sample]
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 over all that the results depend on: both texts and the software."""
+        parts = [self.file.text, self.rig.text, software_text(software())]
+        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the table of results says about itself."""
+        return {
+            "study": self.file.text,
+            "rig": self.rig.text,
+            "software": software_text(software()),
+            "fingerprint": self.fingerprint,
+        }
+
+
+def plan_study(path: str | Path, find_rig: Callable[[str], Path]) -> PlannedStudy:
+    """Read a study and its rig. find_rig: gives the path of a rig that comes with the project.
+
+    Raises StudyError and RigError.
+    """
+    file = load_study(path)
+    beside = Path(path).parent / file.study.rig
+    rig = load_rig(beside if beside.is_file() else find_rig(file.study.rig))
+    if file.study.changes:
+        rig = rig.replace(file.study.changes)
+    found = variables(file, rig)
+    return PlannedStudy(file, rig, found, samples(file.study.design, found))
+
+
+def software() -> dict[str, str]:
+    """Return what computes: versions, and the hash of the simulation core's binary."""
+    binary = hashlib.sha256(Path(core.__file__).read_bytes()).hexdigest()
+    versions = {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "SALib")}
+    return versions | {"sim_core": f"{importlib.metadata.version('sim_core')} {binary[:16]}"}
+
+
+def run_study(
+    planned: PlannedStudy,
+    directory: Path,
+    executor: Executor,
+    workers: int,
+    progress: Progress = lambda done, total: None,
+) -> dict[str, Any]:
+    """Run a study, or what is left of it, and return its summary.
+
+    directory: new, or one in which the same study was begun. workers: how many the executor has.
+    Raises StudyError.
+    """
+    _claim(directory, planned)
+    results = directory / RESULTS
+    if not results.exists():
+        with Journal(directory / JOURNAL, planned.fingerprint) as journal:
+            _evaluate(planned, journal, executor, workers, progress)
+            outcomes = [journal.outcomes[number] for number in range(len(planned.samples))]
+            table = results_table(planned.variables, planned.samples, outcomes, planned.metadata)
+            write_parquet(table, results)
+    (directory / JOURNAL).unlink(missing_ok=True)
+    progress(len(planned.samples), len(planned.samples))
+    return _conclude(planned, directory)
+
+
+def _claim(directory: Path, planned: PlannedStudy) -> None:
+    """Make the directory, or make sure that it is this study's."""
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        held = {path.name for path in directory.iterdir()}
+        if not held:
+            (directory / JOURNAL).touch(exist_ok=False)
+    except OSError as error:
+        raise StudyError(
+            f"cannot write {directory}: {error.strerror}; give another directory with --out"
+        ) from None
+    if RESULTS in held:
+        if read_metadata(directory / RESULTS).get("fingerprint") != planned.fingerprint:
+            raise StudyError(
+                f"{directory} holds another study, rig or version of towtank; give a new directory "
+                f"with --out"
+            )
+    elif held and JOURNAL not in held:
+        raise StudyError(f"{directory} exists and holds no study; give a new one with --out")
+
+
+def _evaluate(
+    planned: PlannedStudy, journal: Journal, executor: Executor, workers: int, progress: Progress
+) -> None:
+    """Evaluate the samples that the journal lacks."""
+    total = len(planned.samples)
+    missing = [
+        (number, values)
+        for number, values in enumerate(planned.samples)
+        if number not in journal.outcomes
+    ]
+    progress(total - len(missing), total)
+    evaluation = TowEvaluation(planned.file.text, planned.rig.text)
+    with closing(evaluate_all(evaluation, missing, executor, workers)) as chunks:
+        for outcomes in chunks:
+            journal.append(outcomes)
+            progress(len(journal.outcomes), total)
+
+
+def _conclude(planned: PlannedStudy, directory: Path) -> dict[str, Any]:
+    """Write what follows from the results, and the texts, unless they are there."""
+    table = pq.read_table(directory / RESULTS)
+    summary = summarise(planned.file.study, planned.variables, table)
+    for name, text in (
+        ("study.yaml", planned.file.text),
+        ("rig.yaml", planned.rig.text),
+        (SUMMARY, json.dumps(summary, indent=2) + "\n"),
+        (REPORT, report_html(planned.file.study, planned.variables, table, summary)),
+    ):
+        path = directory / name
+        if not path.exists():
+            partial = path.with_suffix(".partial")
+            partial.write_text(text, encoding="utf-8")
+            partial.rename(path)
+    return summary

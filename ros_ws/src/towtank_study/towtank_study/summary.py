@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a study found, as plain dictionaries for JSON. What is missing is null."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from towtank_study.results import unit_of
+from towtank_study.sensitivity import independent_rows, sobol_indices
+from towtank_study.study import LatinHypercube, Sobol, Study
+from towtank_study.variables import Variable
+
+
+def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> dict[str, Any]:
+    """Return the summary of a study's results.
+
+    Keys: study, rig, statement, references; samples, failed, errors (number by reason); parameters
+    (path, unit, base, range); outputs, by name: unit, least and greatest value with the sample of
+    each, median, and for random designs band_95 (2.5 and 97.5 percentiles); for Sobol designs
+    sensitivity, by output: blocks, and by parameter first, first_confidence, total,
+    total_confidence (half-widths of 95 % intervals); for one parameter trends, by output.
+    """
+    errors = [error for error in table["error"].to_pylist() if error is not None]
+    summary: dict[str, Any] = {
+        "study": study.name,
+        "rig": study.rig,
+        "design": study.design.model_dump(),
+        "statement": study.statement,
+        "references": [reference.model_dump() for reference in study.references],
+        "samples": table.num_rows,
+        "failed": len(errors),
+        "errors": dict(Counter(errors).most_common()),
+        "parameters": {
+            variable.path: {
+                "unit": variable.unit,
+                "base": variable.base,
+                "from": variable.levels[0],
+                "to": variable.levels[-1],
+            }
+            for variable in variables
+        },
+        "outputs": {name: _output(study, len(variables), table, name) for name in study.outputs},
+    }
+    if isinstance(study.design, Sobol):
+        summary["sensitivity"] = {
+            name: _sensitivity(study.design, variables, column(table, name))
+            for name in study.outputs
+        }
+    if len(variables) == 1 and pa.types.is_floating(table[variables[0].path].type):
+        summary["trends"] = {
+            name: trend(column(table, variables[0].path), column(table, name))
+            for name in study.outputs
+        }
+    return summary
+
+
+def column(table: pa.Table, name: str) -> NDArray[np.float64]:
+    """Return a column of numbers, NaN where there is none."""
+    return table[name].to_numpy().astype(float)
+
+
+def _output(study: Study, dimensions: int, table: pa.Table, name: str) -> dict[str, Any]:
+    values = column(table, name)
+    found = np.isfinite(values)
+    entry: dict[str, Any] = {"unit": unit_of(table, name)}
+    if not found.any():
+        return entry | {"least": None, "greatest": None, "median": None}
+    for key, row in (("least", np.nanargmin(values)), ("greatest", np.nanargmax(values))):
+        entry[key] = {"value": float(values[row]), "sample": int(row)}
+    entry["median"] = float(np.median(values[found]))
+    if isinstance(study.design, (Sobol, LatinHypercube)):
+        if isinstance(study.design, Sobol):
+            values = values[independent_rows(study.design, dimensions)]
+        values = values[np.isfinite(values)]
+        entry["band_95"] = (
+            [float(limit) for limit in np.percentile(values, [2.5, 97.5])] if len(values) else None
+        )
+    return entry
+
+
+def _sensitivity(
+    design: Sobol, variables: Sequence[Variable], values: NDArray[np.float64]
+) -> dict[str, Any] | None:
+    indices = sobol_indices(values, design, len(variables))
+    if indices is None:
+        return None
+    names = ("first", "first_confidence", "total", "total_confidence")
+    return {
+        "blocks": indices.blocks,
+        "parameters": {
+            variable.path: {name: float(getattr(indices, name)[place]) for name in names}
+            for place, variable in enumerate(variables)
+        },
+    }
+
+
+def trend(x: NDArray[np.float64], y: NDArray[np.float64]) -> dict[str, Any] | None:
+    """Return how y goes with x: `course` is rising, falling, or not monotonic; its ends, and the
+    places of its least and greatest values. None without two finite values."""
+    order = np.argsort(x, kind="stable")
+    order = order[np.isfinite(y[order])]
+    x, y = x[order], y[order]
+    if len(y) < 2:
+        return None
+    steps = np.diff(y)
+    course = (
+        "rising" if np.all(steps >= 0) else "falling" if np.all(steps <= 0) else "not monotonic"
+    )
+    return {
+        "course": course,
+        **{
+            key: {"at": float(x[place]), "value": float(y[place])}
+            for key, place in (
+                ("first", 0),
+                ("last", -1),
+                ("least", int(np.argmin(y))),
+                ("greatest", int(np.argmax(y))),
+            )
+        },
+    }
