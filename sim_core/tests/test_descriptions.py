@@ -151,6 +151,29 @@ def test_builds_the_model_that_the_builder_makes():
     assert tows[0].save() == tows[1].save()
 
 
+def test_a_model_tells_its_description(nit_model):
+    assert sc.System.of(TOW.build()) == TOW
+    vane = sc.Weathervane(mass=5.0, volume=1e-3, drag_area=(0.01, 0.1, 0.02), turning_speed=0.1)
+    other = TOW.replace(
+        {
+            "points.depressor": vane,
+            "points.junction": sc.FreePoint(drag_area=(0.1, 0.2, 0.3), added_mass=0.5),
+            "lines.second": sc.SectionedLine(
+                "fish",
+                "junction",
+                sections=((CABLE.replace(bending_stiffness=0.1), 2), (CABLE, 3)),
+                start_attachment=(-0.5, 0, 0),
+                start_direction=(1, 0, 0),
+            ),
+        }
+    )
+    assert sc.System.of(other.build()) == other
+    stretched = sc.System.of(nit_model()).replace({"lines.primary.properties.length": 1.4})
+    assert stretched.build().unknowns == nit_model().unknowns
+    sections = other.replace({"lines.second.sections.1.0.length": 4.0}).lines["second"].sections
+    assert [properties.length for properties, _ in sections] == [3.0, 4.0]
+
+
 def test_impossible_parts_are_refused_where_they_are_built():
     with pytest.raises(sc.InvalidInput, match="line 'cable': length"):
         TOW.replace({"lines.cable.properties.length": -1.0}).build()

@@ -247,7 +247,8 @@ Model ModelBuilder::build() const {
     int next_inner = 0;
     for (const PointEntry& point : points_) next_inner += point.prescribed ? 0 : 1;
     for (const LineEntry& entry : lines_) {
-        Model::Line line{entry.name, entry.sections, 0.0, static_cast<int>(model.segments.size()), 0, {}};
+        Model::Line line{entry.name, entry.sections, 0.0, static_cast<int>(model.segments.size()), 0, {},
+                         {entry.ends[0], entry.ends[1]}};
         double weight = 0.0;
         for (const LineSection& section : entry.sections) {
             line.length += section.properties.length;

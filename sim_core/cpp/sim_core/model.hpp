@@ -41,6 +41,7 @@ struct Model {
         int first_segment;
         int segments;
         std::vector<int> sites;  ///< from start to end, segments + 1
+        LineEnd ends[2];         ///< as they were described
     };
     struct Segment {
         int constants;  ///< into segment_constants

@@ -37,7 +37,7 @@ def hull_of_revolution(
     if lift(0.0) != 0.0 or moment(0.0) != 0.0:
         raise ValueError("lift and moment of a hull of revolution are 0 at angle 0")
     half = max(1, math.ceil(largest_angle / spacing))
-    angles = np.linspace(-largest_angle, largest_angle, 2 * half + 1)
+    angles = np.linspace(-largest_angle, largest_angle, 2 * half + 1).tolist()
     rows = [[_six(a, b, drag, lift, moment) for b in angles] for a in angles]
     return HullTable(attack=angles, sideslip=angles, coefficients=rows, area=area, length=length)
 

@@ -97,6 +97,19 @@ class SectionedLine(_Described):
     start_direction: Triple | None = None  #: clamped so at the start, see ModelBuilder.add_line
     end_direction: Triple | None = None  #: clamped so at the end
 
+    def as_uniform(self) -> Line | None:
+        """The same as a Line if it has one section only."""
+        if len(self.sections) != 1:
+            return None
+        values = dict(vars(self))
+        ((properties, segments),) = values.pop("sections")
+        return Line(properties=properties, segments=segments, **values)
+
+
+_POINTS: dict[str, type[PrescribedPoint | FreePoint | Weathervane]] = {
+    cls.__name__: cls for cls in (PrescribedPoint, FreePoint, Weathervane)
+}
+
 
 @dataclass(frozen=True, kw_only=True)
 class System:
@@ -110,6 +123,19 @@ class System:
     def __post_init__(self) -> None:
         for name in ("points", "bodies", "lines"):
             object.__setattr__(self, name, dict(getattr(self, name)))
+
+    @staticmethod
+    def of(model: Model) -> System:
+        """The description of a model, however that was built."""
+        points, lines = {}, {}
+        for name in model.points:
+            kind, values = model._describe_point(name)
+            points[name] = _POINTS[kind](**values)
+        for name in model.lines:
+            line = SectionedLine(**model._describe_line(name))
+            lines[name] = line.as_uniform() or line
+        bodies = {name: model._body(name) for name in model.bodies}
+        return System(water=model.water, points=points, bodies=bodies, lines=lines)
 
     def replace(self, changes: Mapping[str, object]) -> System:
         """A copy with other values at dotted paths; the rest is shared.
@@ -161,7 +187,8 @@ def _changed(node: Any, keys: list[str], value: object) -> Any:
         if not key.isdecimal() or int(key) >= len(node):
             raise InvalidInput(f"there is no '{key}' in {len(node)} of them, counted from 0")
         i = int(key)
-        return [*node[:i], _changed(node[i], deeper, value) if deeper else value, *node[i + 1 :]]
+        item = _changed(node[i], deeper, value) if deeper else value
+        return type(node)([*node[:i], item, *node[i + 1 :]])
     if deeper:
         if not hasattr(node, key):
             raise InvalidInput(f"{type(node).__name__} has no '{key}'")

@@ -5,6 +5,57 @@ namespace sim_core::python {
 
 using namespace nb::literals;
 
+namespace {
+
+/// A tuple of three numbers, or None.
+nb::object triple_or_none(const std::optional<Vec3>& v) {
+    if (!v) return nb::none();
+    return nb::make_tuple(v->x(), v->y(), v->z());
+}
+
+/// One number where all axes are alike, else a tuple of three.
+nb::object per_axis(const Vec3& v) {
+    if (v.x() == v.y() && v.y() == v.z()) return nb::float_(v.x());
+    return triple_or_none(v);
+}
+
+/// The name of a point's class in sim_core.system, and its values.
+nb::tuple describe_point(const Model::Point& point) {
+    nb::dict values;
+    if (point.prescribed) return nb::make_tuple("PrescribedPoint", values);
+    values["mass"] = point.properties.mass;
+    values["volume"] = point.properties.volume;
+    if (const auto* vane = std::get_if<Weathervane>(&point.properties.shape)) {
+        values["drag_area"] = triple_or_none(vane->drag_area);
+        values["added_mass"] = triple_or_none(vane->added_mass);
+        values["turning_speed"] = vane->turning_speed;
+        return nb::make_tuple("Weathervane", values);
+    }
+    const auto& axes = std::get<FixedAxes>(point.properties.shape);
+    values["drag_area"] = per_axis(axes.drag_area);
+    values["added_mass"] = per_axis(axes.added_mass);
+    return nb::make_tuple("FreePoint", values);
+}
+
+/// The values of a SectionedLine.
+nb::dict describe_line(const Model::Line& line) {
+    nb::list sections;
+    for (const LineSection& section : line.sections) {
+        sections.append(nb::make_tuple(section.properties, section.segments));
+    }
+    nb::dict values;
+    values["start"] = line.ends[0].at;
+    values["end"] = line.ends[1].at;
+    values["sections"] = nb::tuple(sections);
+    values["start_attachment"] = triple_or_none(line.ends[0].attachment);
+    values["attachment"] = triple_or_none(line.ends[1].attachment);
+    values["start_direction"] = triple_or_none(line.ends[0].direction);
+    values["end_direction"] = triple_or_none(line.ends[1].direction);
+    return values;
+}
+
+}  // namespace
+
 void bind_model(nb::module_& module) {
     nb::class_<SharedModel>(module, "Model", "The constant description of a system, made by ModelBuilder.build().")
         .def_prop_ro(
@@ -15,6 +66,14 @@ void bind_model(nb::module_& module) {
                 return names;
             },
             "Names of free and prescribed points.")
+        .def_prop_ro(
+            "prescribed_points",
+            [](const SharedModel& m) {
+                std::vector<std::string> names;
+                for (int i = 0; i < m.model->prescribed_sites; ++i) names.push_back(m.model->prescribed_point(i).name);
+                return names;
+            },
+            "Names of the points that take a motion.")
         .def_prop_ro(
             "bodies",
             [](const SharedModel& m) {
@@ -35,6 +94,19 @@ void bind_model(nb::module_& module) {
             "unknowns", [](const SharedModel& m) { return 3 * m.model->blocks(); }, "Number of scalar unknowns.")
         .def_prop_ro(
             "water", [](const SharedModel& m) { return m.model->water; }, "The water.")
+        .def("__copy__", [](const SharedModel& m) { return m; })
+        .def("__deepcopy__", [](const SharedModel& m, nb::handle) { return m; }, "memo"_a)
+        .def(
+            "__reduce__",
+            [](const SharedModel& m) {
+                const nb::object system = nb::module_::import_("sim_core.system").attr("System");
+                return nb::make_tuple(system.attr("build"), nb::make_tuple(system.attr("of")(m)));
+            },
+            nb::sig("def __reduce__(self) -> tuple[object, ...]"))
+        // The description, for System.of.
+        .def("_describe_point", [](const SharedModel& m, const std::string& name) { return describe_point(m.model->points[m.model->point_index(name)]); })
+        .def("_describe_line", [](const SharedModel& m, const std::string& name) { return describe_line(m.model->lines[m.model->line_index(name)]); })
+        .def("_body", [](const SharedModel& m, const std::string& name) { return m.model->bodies[m.model->body_index(name)].force.body(); })
         // Where things stand in a recording, for Result.
         .def("_point_site", [](const SharedModel& m, const std::string& name) { return m.model->points[m.model->point_index(name)].site; })
         .def("_body_entry", [](const SharedModel& m, const std::string& name) { return m.model->sites() + 2 * m.model->body_index(name); })

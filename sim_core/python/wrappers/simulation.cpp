@@ -167,7 +167,20 @@ something was set by hand the simulator first solves for the accelerations.)");
             "The exact state as bytes (for this model, on machines of the same byte order).")
         .def(
             "restore", [](State& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
-            "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.");
+            "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.")
+        .def("__copy__", [](const State& s) { return State(s); })
+        .def("__deepcopy__", [](const State& s, nb::handle) { return State(s); }, "memo"_a)
+        .def("__getstate__",
+             [](const State& s) {
+                 const std::string bytes = s.save();
+                 return nb::make_tuple(SharedModel{s.model}, nb::bytes(bytes.data(), bytes.size()));
+             })
+        .def("__setstate__", [](State& s, const nb::tuple& saved) {
+            State state(nb::cast<SharedModel>(saved[0]).model);
+            const nb::bytes bytes = nb::cast<nb::bytes>(saved[1]);
+            state.restore(std::string(bytes.c_str(), bytes.size()));
+            new (&s) State(std::move(state));
+        });
     bind_readers(state, [](const State& s) -> const State& { return s; });
 
     nb::class_<Integrator>(module, "Integrator", "A time integration scheme.");
