@@ -59,6 +59,7 @@ from sim_core.mass_properties import (
     enclosed_water,
     mass_properties,
 )
+from sim_core.moordyn_file import MoorDynDeck, read_moordyn
 from sim_core.result import BodyHistory, LineHistory, PlaceHistory, PointHistory, Result
 from sim_core.running import run
 from sim_core.static_stability import StaticStability, static_stability, trimmed_pitch
@@ -94,6 +95,7 @@ __all__ = [
     "MassProperties",
     "Model",
     "ModelBuilder",
+    "MoorDynDeck",
     "Motion",
     "MotionSample",
     "Newmark",
@@ -127,6 +129,7 @@ __all__ = [
     "lift_slope",
     "mass_properties",
     "polynomial_hull",
+    "read_moordyn",
     "run",
     "static_stability",
     "steady_tow",
