@@ -91,6 +91,7 @@ def test_two_prescribed_points_take_a_motion_each():
     properties = sc.LineProperties(**LINE)
     b.add_line("second", "end", "anchor", properties, segments=2)
     model = b.build()
+    assert model.prescribed_points == ["top", "anchor"]
     state = sc.steady_tow(model, position={"top": (0, 0, -1), "anchor": (1.5, 0, -1)})
     simulator = sc.Simulator(model, state)
     top, anchor = (sc.SteadyTow(position=(x, 0, -1)) for x in (0, 1.5))

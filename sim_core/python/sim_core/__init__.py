@@ -60,6 +60,7 @@ from sim_core.mass_properties import (
     mass_properties,
 )
 from sim_core.moordyn_file import MoorDynDeck, read_moordyn
+from sim_core.plotting import animate, plot_shape
 from sim_core.result import BodyHistory, LineHistory, PlaceHistory, PointHistory, Result
 from sim_core.running import run
 from sim_core.static_stability import StaticStability, static_stability, trimmed_pitch
@@ -117,6 +118,7 @@ __all__ = [
     "Water",
     "Weathervane",
     "about_origin",
+    "animate",
     "body_lift_factor",
     "cylinder_gyration",
     "downwash_slope",
@@ -128,6 +130,7 @@ __all__ = [
     "lamb_coefficients",
     "lift_slope",
     "mass_properties",
+    "plot_shape",
     "polynomial_hull",
     "read_moordyn",
     "run",

@@ -5,11 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim_core._core import InvalidInput, Model, State
+
+if TYPE_CHECKING:
+    import xarray
 
 Array = NDArray[np.float64]
 
@@ -104,6 +109,7 @@ class LineHistory:
     """Shape and tension of a line, from its start to its end."""
 
     node_positions: Array  #: (samples, segments + 1, 3) m, tank axes
+    node_velocities: Array  #: (samples, segments + 1, 3) m/s, tank axes
     tensions: Array  #: (samples, segments) N
 
     @property
@@ -130,6 +136,41 @@ class Result:
     newton_iterations: int
     halvings: int  #: steps repeated with half the size
     snaps: int  #: steps in which a line snapped taut or slack
+
+    @property
+    def model(self) -> Model:
+        """The model that was run."""
+        return self.final_state.model
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The histories as a dataset with named coordinates, units and long names (CF).
+
+        Points and bodies are stacked along dimensions of their names; a line has variables of its
+        own, ``tension_NAME`` and ``node_positions_NAME``. Needs the extra ``files``.
+        """
+        from sim_core.dataset import to_dataset
+
+        return to_dataset(self)
+
+    def to_netcdf(self, path: str | Path) -> None:
+        """Write what :meth:`to_xarray` gives to a new NetCDF-4 file.
+
+        Raises FileExistsError: data are not overwritten. Needs the extra ``files``.
+        """
+        from sim_core.dataset import write_netcdf
+
+        write_netcdf(self, Path(path))
+
+    def to_vtk(self, directory: str | Path, *, every: int = 1) -> Path:
+        """Write each, or every n-th, sample as VTK files; return the ``tow.pvd`` that lists them.
+
+        ParaView opens it as a time series of blocks: ``lines`` (a cell for each segment, with its
+        tension), ``points``, ``bodies`` (the hulls and fins as surfaces).
+        Raises FileExistsError unless the directory is new or empty. Needs the extra ``files``.
+        """
+        from sim_core.vtk_series import write_vtk
+
+        return write_vtk(self, Path(directory), every)
 
 
 def histories(
@@ -162,7 +203,10 @@ def histories(
     lines = {}
     for name in model.lines:
         first, last = model._line_segments(name)
+        sites = model._line_sites(name)
         lines[name] = LineHistory(
-            position[:, model._line_sites(name)], arrays["tension"][:, first:last]
+            node_positions=position[:, sites],
+            node_velocities=velocity[:, sites],
+            tensions=arrays["tension"][:, first:last],
         )
     return points, bodies, lines
