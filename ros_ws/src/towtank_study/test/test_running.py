@@ -7,6 +7,7 @@ import math
 import pyarrow.parquet as pq
 import pytest
 from small_study import SMALL
+from towtank_study.designs import samples
 from towtank_study.errors import StudyError
 from towtank_study.evaluation import Outcome, TowEvaluation, changed
 from towtank_study.journal import Journal
@@ -145,5 +146,5 @@ def test_the_journal_gives_back_what_it_took(tmp_path):
 def test_evaluation_is_repeatable(plan):
     planned = plan()
     evaluation = TowEvaluation(planned.file.text, planned.rig.text)
-    values = planned.samples[1]
+    values = samples(planned.file.study.design, planned.variables)[1]
     assert evaluation(1, values) == evaluation(1, values)

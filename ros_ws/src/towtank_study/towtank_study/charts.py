@@ -11,9 +11,10 @@ import plotly.graph_objects as go
 import pyarrow as pa
 from plotly.subplots import make_subplots
 
+from towtank_study.optimisation import feasible_rows
 from towtank_study.results import unit_of
 from towtank_study.sensitivity import independent_rows
-from towtank_study.study import Plot, Reference, Sobol, Study
+from towtank_study.study import Optimisation, Plot, Reference, Sobol, Study
 from towtank_study.variables import Variable
 
 PALETTE = ("#1f5fa8", "#d9730d", "#2a8a57", "#8a4fa3", "#6b6b6b")
@@ -95,6 +96,38 @@ def indices_figure(sensitivity: Mapping[str, Any]) -> go.Figure:
     figure.update_yaxes(autorange="reversed")
     _finish(figure, "Sobol index, with its 95 % confidence", 1)
     return figure.update_layout(height=140 + 28 * len(paths), barmode="group")
+
+
+def trade_off_figure(
+    design: Optimisation, table: pa.Table, trade_off: Sequence[Mapping[str, Any]]
+) -> go.Figure:
+    """The first objective over each further one: all samples that keep the limits, and the
+    trade-off. A single objective is drawn over the number of the sample."""
+    y, *others = design.minimise
+    feasible = np.flatnonzero(feasible_rows(design, table))
+    best = [entry["sample"] for entry in trade_off]
+    axes = others or ["sample"]
+    figure = make_subplots(rows=1, cols=len(axes), shared_yaxes=True)
+    for place, x in enumerate(axes, start=1):
+        for rows, name, colour, mode in (
+            (feasible, "keeps all limits", PALETTE[4], "markers"),
+            (best, "not beaten", PALETTE[1], "lines+markers" if len(axes) == 1 else "markers"),
+        ):
+            figure.add_scatter(
+                x=table[x].take(rows).to_pylist(),
+                y=table[y].take(rows).to_pylist(),
+                mode=mode,
+                name=name,
+                text=[f"sample {row}" for row in rows],
+                marker={"color": colour, "size": 4 if colour == PALETTE[4] else 7},
+                line={"color": colour, "width": 1.5},
+                showlegend=place == 1,
+                row=1,
+                col=place,
+            )
+        figure.update_xaxes(title_text=_title(table, x), row=1, col=place)
+    figure.update_yaxes(title_text=_title(table, y), row=1, col=1)
+    return _finish(figure, _title(table, axes[0]), 1).update_layout(height=460)
 
 
 def _shown_rows(

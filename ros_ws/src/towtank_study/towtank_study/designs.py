@@ -4,21 +4,52 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 
 import numpy as np
 import SALib.sample.sobol
 from scipy.stats import qmc
 
-from towtank_study.study import Design, FullFactorial, LatinHypercube, OneAtATime, Sobol
-from towtank_study.variables import Value, Variable
+from towtank_study.evaluation import Outcome
+from towtank_study.optimisation import propose
+from towtank_study.study import (
+    Design,
+    FullFactorial,
+    LatinHypercube,
+    OneAtATime,
+    Optimisation,
+    Sobol,
+)
+from towtank_study.variables import Value, Variable, from_unit_cube
 
 Sample = dict[str, Value]
 """The parameters' values by path."""
 
 
-def samples(design: Design, variables: Sequence[Variable]) -> list[Sample]:
-    """Return the samples of a design in its order, the same ones for the same seed."""
+def batches(
+    design: Design, variables: Sequence[Variable]
+) -> Generator[list[Sample], list[Outcome], None]:
+    """Yield the samples of a design in its order, the same ones for the same seed.
+
+    Samples of one batch depend on nothing but the batches before; send the outcomes of each batch.
+    """
+    if isinstance(design, Optimisation):
+        yield from propose(design, variables)
+    else:
+        yield samples(design, variables)
+
+
+def most_samples(design: Design, variables: Sequence[Variable]) -> int:
+    """Return how many samples a design takes; an optimisation may run out of new ones before."""
+    if isinstance(design, Optimisation):
+        return design.population * design.generations
+    return len(samples(design, variables))
+
+
+def samples(
+    design: OneAtATime | FullFactorial | LatinHypercube | Sobol, variables: Sequence[Variable]
+) -> list[Sample]:
+    """Return the samples of a design that does not wait for outcomes."""
     match design:
         case OneAtATime():
             return one_at_a_time(variables)
@@ -51,13 +82,6 @@ def full_factorial(variables: Sequence[Variable]) -> list[Sample]:
         dict(zip(paths, combination, strict=True))
         for combination in itertools.product(*(variable.levels for variable in variables))
     ]
-
-
-def from_unit_cube(points: np.ndarray, variables: Sequence[Variable]) -> list[Sample]:
-    """Turn points of the unit cube, shape (samples, variables), into samples by quantiles."""
-    columns = [variable.quantile(points[:, index]) for index, variable in enumerate(variables)]
-    paths = [variable.path for variable in variables]
-    return [dict(zip(paths, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def unit_problem(dimensions: int) -> dict[str, object]:

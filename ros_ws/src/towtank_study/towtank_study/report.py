@@ -12,7 +12,7 @@ from plotly.graph_objects import Figure
 from plotly.offline import get_plotlyjs
 
 from towtank_study import charts
-from towtank_study.study import LatinHypercube, Plot, Sobol, Study
+from towtank_study.study import LatinHypercube, Optimisation, Plot, Sobol, Study
 from towtank_study.variables import Variable
 
 DEFAULT_OUTPUTS = ("heave_ratio_nose", "heave_ratio_port", "depressor_heave")
@@ -45,7 +45,10 @@ def _figures(
 ) -> Iterator[tuple[str, Figure]]:
     outputs = tuple(name for name in DEFAULT_OUTPUTS if name in study.outputs) or study.outputs[:3]
     plots = study.plots
-    if not plots and not isinstance(study.design, Sobol):
+    if isinstance(study.design, Optimisation):
+        figure = charts.trade_off_figure(study.design, table, summary["trade_off"])
+        yield "Trade-off", figure
+    if not plots and not isinstance(study.design, (Sobol, Optimisation)):
         plots = tuple(Plot(x=variable.path, y=outputs) for variable in variables)
     for plot in plots:
         yield f"Over {plot.x}", charts.plot_figure(study, variables, table, plot)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ import pyarrow.parquet as pq
 import sim_core._core as core
 from towtank_rig import Rig, load_rig
 
-from towtank_study.designs import Sample, samples
+from towtank_study.designs import Sample, batches, most_samples
 from towtank_study.errors import StudyError
-from towtank_study.evaluation import TowEvaluation
+from towtank_study.evaluation import Outcome, TowEvaluation
 from towtank_study.execution import evaluate_all
 from towtank_study.journal import Journal
 from towtank_study.loading import StudyFile, load_study
@@ -34,6 +34,7 @@ from towtank_study.results import read_metadata, results_table, software_text, w
 from towtank_study.summary import summarise
 from towtank_study.variables import Variable, variables
 
+Proposals = Generator[list[Sample], list[Outcome], None]
 Progress = Callable[[int, int], None]
 """Told how many of how many samples are done."""
 
@@ -52,7 +53,7 @@ class PlannedStudy:
     file: StudyFile
     rig: Rig
     variables: list[Variable]
-    samples: list[Sample]
+    most_samples: int
 
     @cached_property
     def fingerprint(self) -> str:
@@ -82,13 +83,15 @@ def plan_study(path: str | Path, find_rig: Callable[[str], Path]) -> PlannedStud
     if file.study.changes:
         rig = rig.replace(file.study.changes)
     found = variables(file, rig)
-    return PlannedStudy(file, rig, found, samples(file.study.design, found))
+    return PlannedStudy(file, rig, found, most_samples(file.study.design, found))
 
 
 def software() -> dict[str, str]:
     """Return what computes: versions, and the hash of the simulation core's binary."""
     binary = hashlib.sha256(Path(core.__file__).read_bytes()).hexdigest()
-    versions = {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "SALib")}
+    versions = {
+        name: importlib.metadata.version(name) for name in ("numpy", "scipy", "SALib", "pymoo")
+    }
     return versions | {"sim_core": f"{importlib.metadata.version('sim_core')} {binary[:16]}"}
 
 
@@ -108,12 +111,12 @@ def run_study(
     results = directory / RESULTS
     if not results.exists():
         with Journal(directory / JOURNAL, planned.fingerprint) as journal:
-            _evaluate(planned, journal, executor, workers, progress)
-            outcomes = [journal.outcomes[number] for number in range(len(planned.samples))]
-            table = results_table(planned.variables, planned.samples, outcomes, planned.metadata)
+            samples = _evaluate(planned, journal, executor, workers, progress)
+            outcomes = [journal.outcomes[number] for number in range(len(samples))]
+            table = results_table(planned.variables, samples, outcomes, planned.metadata)
             write_parquet(table, results)
     (directory / JOURNAL).unlink(missing_ok=True)
-    progress(len(planned.samples), len(planned.samples))
+    progress(planned.most_samples, planned.most_samples)
     return _conclude(planned, directory)
 
 
@@ -140,20 +143,32 @@ def _claim(directory: Path, planned: PlannedStudy) -> None:
 
 def _evaluate(
     planned: PlannedStudy, journal: Journal, executor: Executor, workers: int, progress: Progress
-) -> None:
-    """Evaluate the samples that the journal lacks."""
-    total = len(planned.samples)
-    missing = [
-        (number, values)
-        for number, values in enumerate(planned.samples)
-        if number not in journal.outcomes
-    ]
-    progress(total - len(missing), total)
+) -> list[Sample]:
+    """Evaluate what the journal lacks, and return all samples."""
     evaluation = TowEvaluation(planned.file.text, planned.rig.text)
-    with closing(evaluate_all(evaluation, missing, executor, workers)) as chunks:
-        for outcomes in chunks:
-            journal.append(outcomes)
-            progress(len(journal.outcomes), total)
+    samples: list[Sample] = []
+    progress(len(journal.outcomes), planned.most_samples)
+    proposals = batches(planned.file.study.design, planned.variables)
+    outcomes: list[Outcome] | None = None  # a generator is started with None
+    while (batch := _next_batch(proposals, outcomes)) is not None:
+        numbered = list(enumerate(batch, start=len(samples)))
+        samples += batch
+        missing = [
+            (number, values) for number, values in numbered if number not in journal.outcomes
+        ]
+        with closing(evaluate_all(evaluation, missing, executor, workers)) as chunks:
+            for chunk in chunks:
+                journal.append(chunk)
+                progress(len(journal.outcomes), planned.most_samples)
+        outcomes = [journal.outcomes[number] for number, _ in numbered]
+    return samples
+
+
+def _next_batch(proposals: Proposals, outcomes: list[Outcome] | None) -> list[Sample] | None:
+    try:
+        return proposals.send(outcomes)  # type: ignore[arg-type]
+    except StopIteration:
+        return None
 
 
 def _conclude(planned: PlannedStudy, directory: Path) -> dict[str, Any]:

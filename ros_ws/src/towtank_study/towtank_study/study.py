@@ -106,7 +106,45 @@ class Sobol(Section):
         return self
 
 
-Design = Annotated[OneAtATime | FullFactorial | LatinHypercube | Sobol, Field(discriminator="kind")]
+class Limit(Section):
+    """What an output must keep, in SI units: least, greatest, or both."""
+
+    output: Output
+    least: float | None = None
+    greatest: float | None = None
+
+    @model_validator(mode="after")
+    def _some_limit(self) -> Self:
+        if self.least is None and self.greatest is None:
+            raise rig_fault("no limit is given", "give least, greatest, or both")
+        if None not in (self.least, self.greatest) and self.least > self.greatest:  # type: ignore[operator]
+            raise rig_fault("least is above greatest", "exchange them", at="least")
+        return self
+
+
+class Optimisation(Section):
+    """The samples that minimise outputs and keep limits, found by a genetic algorithm.
+
+    minimise: one output, or several: then the trade-off between them is sought. population: samples
+    of a generation.
+    """
+
+    kind: Literal["optimisation"]
+    minimise: tuple[Output, ...] = Field(min_length=1, max_length=3)
+    limits: tuple[Limit, ...] = ()
+    population: int = Field(default=40, ge=4, le=10_000)
+    generations: int = Field(default=30, ge=2, le=10_000)
+    seed: int = Field(default=1, ge=0)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """All outputs that it looks at."""
+        return tuple(dict.fromkeys([*self.minimise, *(limit.output for limit in self.limits)]))
+
+
+Design = Annotated[
+    OneAtATime | FullFactorial | LatinHypercube | Sobol | Optimisation, Field(discriminator="kind")
+]
 
 
 class Reference(Section):
@@ -160,6 +198,14 @@ class Study(Section):
         for path in changed:
             if changed.count(path) > 1:
                 raise rig_fault(f"{path} is changed twice", "name each path once", at="parameters")
+        if isinstance(self.design, Optimisation):
+            for name in self.design.outputs:
+                if name not in self.outputs:
+                    raise rig_fault(
+                        f"{name} is to be optimised or kept and not among the outputs",
+                        "add it to outputs",
+                        at="outputs",
+                    )
         for index, plot in enumerate(self.plots):
             columns = {*(parameter.path for parameter in self.parameters), *self.outputs}
             for column in (plot.x, *plot.y):

@@ -11,9 +11,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from towtank_study.optimisation import feasible_rows, trade_off_rows
 from towtank_study.results import unit_of
 from towtank_study.sensitivity import independent_rows, sobol_indices
-from towtank_study.study import LatinHypercube, Sobol, Study
+from towtank_study.study import LatinHypercube, Optimisation, Sobol, Study
 from towtank_study.variables import Variable
 
 
@@ -24,7 +25,9 @@ def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> d
     (path, unit, base, range); outputs, by name: unit, least and greatest value with the sample of
     each, median, and for random designs band_95 (2.5 and 97.5 percentiles); for Sobol designs
     sensitivity, by output: blocks, and by parameter first, first_confidence, total,
-    total_confidence (half-widths of 95 % intervals); for one parameter trends, by output.
+    total_confidence (half-widths of 95 % intervals); for one parameter trends, by output; for
+    optimisations feasible (number) and trade_off: sample, parameters and outputs of the designs
+    that no other one beats in every objective.
     """
     errors = [error for error in table["error"].to_pylist() if error is not None]
     summary: dict[str, Any] = {
@@ -52,6 +55,16 @@ def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> d
             name: _sensitivity(study.design, variables, column(table, name))
             for name in study.outputs
         }
+    if isinstance(study.design, Optimisation):
+        summary["feasible"] = int(feasible_rows(study.design, table).sum())
+        summary["trade_off"] = [
+            {
+                "sample": row,
+                "parameters": {v.path: table[v.path][row].as_py() for v in variables},
+                "outputs": {name: table[name][row].as_py() for name in study.design.outputs},
+            }
+            for row in trade_off_rows(study.design, table)
+        ]
     if len(variables) == 1 and pa.types.is_floating(table[variables[0].path].type):
         summary["trends"] = {
             name: trend(column(table, variables[0].path), column(table, name))

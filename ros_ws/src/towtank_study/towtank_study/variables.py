@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,6 +44,13 @@ class Variable:
         # A normal distribution has no end: 0 and 1 are rounded values of numbers between.
         inside = np.clip(share, 1e-12, 1 - 1e-12)
         return [float(value) for value in self.distribution.ppf(inside)]
+
+
+def from_unit_cube(points: np.ndarray, variables: Sequence[Variable]) -> list[dict[str, Value]]:
+    """Turn points of the unit cube, shape (samples, variables), into samples by quantiles."""
+    columns = [variable.quantile(points[:, index]) for index, variable in enumerate(variables)]
+    paths = [variable.path for variable in variables]
+    return [dict(zip(paths, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def variables(file: StudyFile, rig: Rig) -> list[Variable]:

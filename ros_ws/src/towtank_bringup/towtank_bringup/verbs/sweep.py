@@ -75,7 +75,7 @@ def _bar(planned: PlannedStudy) -> Iterator:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True)) as progress:
-        task = progress.add_task(planned.file.study.name, total=len(planned.samples))
+        task = progress.add_task(planned.file.study.name, total=planned.most_samples)
         yield lambda done, total: progress.update(task, completed=done, total=total)
 
 
