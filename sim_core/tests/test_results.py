@@ -58,6 +58,7 @@ def test_netcdf_reads_back_with_names_and_units(result, tmp_path):
         tension = tow.tension_secondary
         assert tension.values.tolist() == result.lines["secondary"].tensions.tolist()
         assert (tension.dims, tension.units) == (("time", "segment_secondary"), "N")
+        assert tow.arc_length_primary.values == pytest.approx(np.arange(11) * 0.12, abs=1e-12)
         for variable in tow.data_vars.values():
             assert variable.attrs["units"] and variable.attrs["long_name"]
 

@@ -7,7 +7,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from sim_core.extras import needed
+from sim_core.system import Line, SectionedLine, System
 
 if TYPE_CHECKING:
     import xarray
@@ -61,12 +64,16 @@ def to_dataset(result: Result) -> xarray.Dataset:
         values = _stacked([body.quaternion for body in result.bodies.values()])
         what = "body: attitude, unit quaternion body axes to tank axes"
         add("body_quaternion", ("time", "body", "component"), values, "1", what)
+    described = System.of(result.model).lines
     for name, line in result.lines.items():
         node, segment = f"node_{name}", f"segment_{name}"
         for quantity, (units, what) in _NODE.items():
             values = getattr(line, f"node_{quantity}")
             label = f"node_{quantity}_{name}"
             add(label, ("time", node, "axis"), values, units, f"line {name}: {what} of its nodes")
+        what = f"line {name}: unstretched length from its start"
+        attributes = {"units": "m", "long_name": what}
+        coordinates[f"arc_length_{name}"] = (node, _arc_lengths(described[name]), attributes)
         what = f"line {name}: tension from its start to its end"
         add(f"tension_{name}", ("time", segment), line.tensions, "N", what)
     dataset: xarray.Dataset = xr.Dataset(
@@ -100,8 +107,16 @@ def write_netcdf(result: Result, path: Path) -> None:
         raise
 
 
-def _stacked(values: list[Array]) -> Array:
-    import numpy as np
+def _arc_lengths(line: Line | SectionedLine) -> Array:
+    """(segments + 1,) m: where the nodes are on the unstretched line."""
+    sections = (
+        line.sections if isinstance(line, SectionedLine) else ((line.properties, line.segments),)
+    )
+    steps = [np.full(count, properties.length / count) for properties, count in sections]
+    lengths: Array = np.concatenate([[0.0], np.cumsum(np.concatenate(steps))])
+    return lengths
 
+
+def _stacked(values: list[Array]) -> Array:
     stacked: Array = np.stack(values, axis=1)
     return stacked
