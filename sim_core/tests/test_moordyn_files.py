@@ -11,6 +11,8 @@ from scipy.optimize import fsolve
 import sim_core as sc
 
 DECKS = Path(__file__).parent / "decks"
+CHAIN = "catenary.txt"
+TOW = "two_part_tow.txt"
 
 
 @pytest.fixture
@@ -41,7 +43,7 @@ def test_catenary_of_a_deck_is_that_of_the_closed_form():
     The polygon of N segments with its weight at the nodes differs by O(1/N²): at 80 segments the
     sag of a segment's chord is about w ℓ²/(8 T) = 1e-3 of ℓ, which tells in T by some 1e-4.
     """
-    deck = sc.read_moordyn(DECKS / "catenary.txt")
+    deck = sc.read_moordyn(DECKS / CHAIN)
     properties = deck.system.lines["line1"].properties
     weight = 9.80665 * (20.0 - 1025.0 * math.pi / 4 * 0.05**2)  # N/m, MoorDyn's default gravity
     length, stiffness, span, rise = 65.0, 2.0e6, 50.0, 20.0
@@ -110,7 +112,7 @@ def wu_chwang() -> sc.System:
 
 
 def test_two_part_tow_of_a_deck_moves_as_the_model_built_directly():
-    deck = sc.read_moordyn(DECKS / "two_part_tow.txt")
+    deck = sc.read_moordyn(DECKS / TOW)
     motion = sc.Sinusoid(mean=(0, 0, 0), velocity=(1, 0, 0), amplitude=0.1, period=2)
     here, there = (
         sc.run(system.build(), motion, t_end=1.0, output_step=0.5)
@@ -143,7 +145,7 @@ ID  Attachment X0  Y0  Z0   r0  p0  y0  Mass  CG      I          Volume  CdA  Ca
 
 def test_a_body_carries_its_rod(read):
     """Mass, centre of gravity, inertia (parallel axes) and buoyancy of both together."""
-    body = read("two_part_tow.txt", ROD_ON_A_BODY).system.bodies["body1"]
+    body = read(TOW, ROD_ON_A_BODY).system.bodies["body1"]
     rod = wu_chwang().bodies["rod1"]
     mass = rod.mass + 3.0
     assert body.mass == pytest.approx(mass, rel=1e-12)
@@ -157,15 +159,53 @@ def test_a_body_carries_its_rod(read):
 
 
 def test_points_on_a_body_are_places_of_it(read):
-    lines = read("two_part_tow.txt", ROD_ON_A_BODY).system.lines
+    lines = read(TOW, ROD_ON_A_BODY).system.lines
     assert (lines["line3"].start, lines["line3"].end) == ("point2", "body1")
     assert lines["line3"].attachment == pytest.approx((0.65, 0, 0), abs=1e-12)
 
 
 def test_the_nose_is_where_the_lines_are(read):
     """Towed at end B the rod's nose is there: the line is held 0.65 m ahead of the middle."""
-    deck = read("two_part_tow.txt", {"R1A": "R1B"})
+    deck = read(TOW, {"R1A": "R1B"})
     assert deck.system.lines["line3"].attachment == pytest.approx((0.65, 0, 0), abs=1e-12)
+
+
+def test_rods_clamp_lines_that_bend(read):
+    """A line with EI leaves its rod along the rod, whose nose is end A here."""
+    stiff = {"628.3e3  20.0     0 ": "628.3e3  20.0     0.5 "}
+    line = read(TOW, stiff).system.lines["line3"]
+    assert line.end_direction == pytest.approx((-1, 0, 0), abs=1e-12)
+    assert line.start_direction is None
+    assert read(TOW, {}).system.lines["line3"].end_direction is None
+
+
+@pytest.mark.parametrize(
+    ("rod", "at", "direction"),
+    [("0 0 -30 -1 0 -30 1", "R1A", (1, 0, 0)), ("0 0 -30 0 0 2 0", "R1B", (0, 0, 1))],
+)
+def test_fixed_rods_hold_lines(read, rod, at, direction):
+    """Of length, and of none, where the second place is a direction."""
+    rods = f"""--- ROD TYPES ---
+TypeName  Diam  Mass/m  Cd  Ca  CdEnd CaEnd
+(name)    (m)   (kg/m)  (-) (-) (-)   (-)
+clamp     0.1   1       0   0   0     0
+--- RODS ---
+ID RodType Attachment Xa Ya Za Xb Yb Zb NumSegs
+(#) (name) (word) (m) (m) (m) (m) (m) (m) (-)
+1 clamp Fixed {rod} -
+----------------------- POINTS -"""
+    changes = {
+        "----------------------- POINTS -": rods,
+        "1    chain     1": f"1 chain {at}",
+        "-0.5       0 ": "-0.5 50",
+    }
+    deck = read(CHAIN, changes)
+    line = deck.system.lines["line1"]
+    assert line.start == f"rod1{at[-1]}"
+    assert deck.positions[line.start] == (0, 0, -30)
+    assert line.start_direction == pytest.approx(direction, abs=1e-12)
+    assert line.end_direction is None
+    assert set(deck.system.build().prescribed_points) == {line.start, "point2"}
 
 
 def test_points_of_a_fixed_body_are_prescribed(read):
@@ -175,7 +215,7 @@ ID  Attachment X0  Y0  Z0   r0  p0  y0  Mass  CG      I          Volume  CdA  Ca
 1   Fixed      1   2   -3   0   0   0   0     0       0          0       0    0
 ----------------------- POINTS -"""
     deck = read(
-        "catenary.txt",
+        CHAIN,
         {"----------------------- POINTS -": body, "2    Coupled ": "2    Body1 "},
     )
     assert isinstance(deck.system.points["point2"], sc.PrescribedPoint)
@@ -211,12 +251,8 @@ ID  Attachment X0  Y0  Z0   r0  p0  y0  Mass  CG      I          Volume  CdA  Ca
     ],
 )  # fmt: skip
 def test_what_is_left_out_is_named(read, change, warning):
-    deck = read("catenary.txt", change)
+    deck = read(CHAIN, change)
     assert [text for text in deck.warnings if text.startswith(warning)], deck.warnings
-
-
-CHAIN = "catenary.txt"
-TOW = "two_part_tow.txt"
 
 
 @pytest.mark.parametrize(
@@ -238,7 +274,7 @@ TOW = "two_part_tow.txt"
         (CHAIN, "1025.0   WtrDnsty ", "nan rho ", "16: rho is not finite"),
         (CHAIN, "-10    0      0       0     0", "-10 0 0 1 2 3 0 0", "10: a steady force"),
         (TOW, "hull     Free", "hull Pinned", "16: a rod of the kind Pinned"),
-        (TOW, "-2.8  10", "-2.8  0", "16: a rod of no length"),
+        (TOW, "-2.8  10", "-2.8  0", "16: a rod of no length (NumSegs 0) must be fixed"),
         (TOW, "hull     Free", "hull Body3", "16: there is no body 3"),
         (ROD_ON_A_BODY, "2e-3  0 ", "2e-3 0.5 ", "16: CdA and Ca of a body"),
         (ROD_ON_A_BODY, "1   free ", "1   CoupledPinned", "16: a body of the kind CoupledPinned"),

@@ -12,6 +12,9 @@ the deck. Both name the line of the file.
 | free rod | Body: an evenly filled cylinder, no Munk moment, CdEnd and CaEnd at both ends |
 | free body with one rigid rod | one Body: the rod with the mass, inertia and volume of both |
 | fixed or coupled body, not turned | its points are PrescribedPoints |
+| fixed rod | its ends are PrescribedPoints |
+
+The end of a rod clamps a line with bending stiffness, as in MoorDyn: the line leaves along the rod.
 """
 
 from __future__ import annotations
@@ -104,7 +107,9 @@ class _Rod:
     row: Row
     type: _RodType
     ends: tuple[Vector, Vector]  # A and B, m
-    body: int  # that carries it; 0: free
+    axis: Vector  # unit vector from A to B; both may be at one place
+    fixed: bool
+    body: int  # that carries it; 0: none
 
 
 @dataclass(frozen=True)
@@ -127,8 +132,7 @@ class _Hull:
     length: float  # m
 
     def place(self, place: Vector) -> Triple:
-        x, y, z = self.axes @ (place - self.origin)
-        return (float(x), float(y), float(z))
+        return _triple(self.axes @ (place - self.origin))
 
 
 @dataclass(frozen=True)
@@ -137,6 +141,8 @@ class _End:
 
     name: str
     place: Triple | None = None
+    #: unit vector in which a line with bending stiffness leaves; in body or tank axes
+    outward: Vector | None = None
 
 
 _Key = tuple[str, int]  # ("point", 3), ("rod A", 1), ("rod B", 1)
@@ -160,14 +166,18 @@ class _Reader:
         points, positions, attached = self._points(carriers, held)
         bodies, ends = self._bodies(carriers, rods, attached, held)
         ends |= {("point", number): _End(f"point{number}") for number in points}
+        named = {f"point{number}": point for number, point in points.items()}
+        places = {f"point{number}": place for number, place in positions.items()}
+        for key, end, place in self._fixed_ends(rods, held):
+            ends[key], named[end.name], places[end.name] = end, PrescribedPoint(), place
         return MoorDynDeck(
             system=System(
                 water=Water(density=self._density, gravity=self._gravity),
-                points={f"point{number}": point for number, point in points.items()},
+                points=named,
                 bodies=bodies,
                 lines=self._lines(line_types, rods, ends),
             ),
-            positions={f"point{number}": place for number, place in positions.items()},
+            positions=places,
             water_depth=self._water_depth,
             time_step=self._time_step,
             warnings=tuple(what for _, what in sorted(self._warnings)),
@@ -288,18 +298,24 @@ class _Reader:
             if row.words[1] not in types:
                 raise row.error(f"there is no rod type '{row.words[1]}'")
             carrier = _carrier(row, row.words[2], carriers)
-            if row.words[2].lower() != "free" and carrier == 0:
+            fixed = row.words[2].lower() in _FIXED
+            if not (fixed or carrier or row.words[2].lower() == "free"):
                 raise row.error(f"a rod of the kind {row.words[2]} is not supported")
             if carrier and carriers[carrier].kind != "free":
                 raise row.error("a rod on a fixed or coupled body is not supported")
             if carrier in {rod.body for rod in rods.values()} - {0}:
                 raise row.error(f"a second rod on body {carrier} is not supported")
-            if row.integer(9, "NumSegs") < 1:
-                raise row.error("a rod of no length (NumSegs 0) is not supported")
-            ends = row.vector(3, "Xa"), row.vector(6, "Xb")
-            if np.array_equal(*ends):
+            a, b = row.vector(3, "Xa"), row.vector(6, "Xb")
+            along = b - a
+            if row.integer(9, "NumSegs") == 0:  # of no length: B is a direction
+                if not fixed:
+                    raise row.error("a rod of no length (NumSegs 0) must be fixed")
+                along, b = b, a
+            length = float(np.linalg.norm(along))
+            if length == 0.0:
                 raise row.error("both ends of the rod are at one place")
-            rods[number] = _Rod(row, types[row.words[1]], ends, carrier)
+            rod_type = types[row.words[1]]
+            rods[number] = _Rod(row, rod_type, (a, b), along / length, fixed, carrier)
         for number, body in carriers.items():
             if body.kind == "free" and number not in {rod.body for rod in rods.values()}:
                 raise body.row.error("a free body without a rigid rod is not supported")
@@ -316,6 +332,8 @@ class _Reader:
         bodies: dict[str, Body] = {}
         ends: dict[_Key, _End] = {}
         for number, rod in rods.items():
+            if rod.fixed:
+                continue
             places: dict[_Key, Vector] = {
                 ("rod A", number): rod.ends[0],
                 ("rod B", number): rod.ends[1],
@@ -329,8 +347,25 @@ class _Reader:
             hull = _hull(rod, [places[key] for key in held if key in places])
             name = f"body{rod.body}" if rod.body else f"rod{number}"
             bodies[name] = _body(rod, carriers.get(rod.body), hull, self._density)
-            ends |= {key: _End(name, hull.place(place)) for key, place in places.items()}
+            outward = {
+                ("rod A", number): hull.axes @ -rod.axis,
+                ("rod B", number): hull.axes @ rod.axis,
+            }
+            ends |= {
+                key: _End(name, hull.place(place), outward.get(key))
+                for key, place in places.items()
+            }
         return bodies, ends
+
+    def _fixed_ends(
+        self, rods: dict[int, _Rod], held: list[_Key]
+    ) -> Iterator[tuple[_Key, _End, Triple]]:
+        """The ends of fixed rods that hold a line, and where they are."""
+        for number, rod in rods.items():
+            for letter, place, outward in zip("AB", rod.ends, (-rod.axis, rod.axis), strict=True):
+                key = (f"rod {letter}", number)
+                if rod.fixed and key in held:
+                    yield key, _End(f"rod{number}{letter}", None, outward), _triple(place)
 
     # --------------------------------------------------------------------- points and lines
 
@@ -361,9 +396,9 @@ class _Reader:
                     raise row.error("a point with mass, volume or drag on a body is not supported")
                 attached[number] = (carrier, place)
             elif carrier or kind in (*_FIXED, *_COUPLED):
-                x, y, z = place + (carriers[carrier].position if carrier else 0.0)
                 points[number] = PrescribedPoint()
-                positions[number] = (float(x), float(y), float(z))
+                origin = carriers[carrier].position if carrier else np.zeros(3)
+                positions[number] = _triple(origin + place)
             elif kind in _FREE:
                 points[number] = FreePoint(
                     mass=mass,
@@ -412,6 +447,9 @@ class _Reader:
                 )
                 properties = properties.replace(axial_damping=-properties.axial_damping * unit)
             start, end = (ends[key] for key in self._line_ends(row, rods))
+            leaves, arrives = start.outward, end.outward
+            if properties.bending_stiffness == 0.0:
+                leaves = arrives = None
             lines[f"line{row.words[0]}"] = Line(
                 start.name,
                 end.name,
@@ -419,8 +457,15 @@ class _Reader:
                 segments=segments,
                 start_attachment=start.place,
                 attachment=end.place,
+                start_direction=None if leaves is None else _triple(leaves),
+                end_direction=None if arrives is None else _triple(-arrives),
             )
         return lines
+
+
+def _triple(vector: Vector) -> Triple:
+    x, y, z = vector.tolist()
+    return (x, y, z)
 
 
 def _require_new(row: Row, types: dict[str, LineProperties] | dict[str, _RodType]) -> None:
