@@ -232,6 +232,35 @@ def test_rotation_is_damped_by_the_strips_alone(free_body, table):
     assert damping[1] == pytest.approx(-1000 * 1.1 * 0.11 * LENGTH**4 * q * q / 64, rel=1e-4)
 
 
+def test_tow_of_a_hull_with_a_table_settles_at_its_trim(round_hull):
+    """Statics and a run: the pitch is that without a moment about the tow point, and stays."""
+    nose = (0.65, 0.0, 0.0)
+    tail = [
+        sc.Fin(position=(-0.55, 0, 0), normal=n, area=0.02, lift_slope=3.0)
+        for n in ((0, 0, 1), (0, 1, 0))
+    ]
+    fish = body(
+        round_hull,
+        fins=tail,
+        centre_of_gravity=(0.01, 0, -0.01),
+        added_mass=sc.hull_added_mass(LENGTH, 0.11),
+        cross_flow_drag=1.1,
+    )
+    b = sc.ModelBuilder(sc.Water())
+    b.add_prescribed_point("top")
+    b.add_body("fish", fish)
+    line = sc.LineProperties(length=5.0, diameter=0.001, mass_per_length=0.001, axial_stiffness=1e5)
+    b.add_line("line", "top", "fish", line, segments=4, attachment=nose)
+    model = b.build()
+    state = sc.steady_tow(model, position=(0, 0, -20), velocity=(1.5, 0, 0))
+    trimmed = sc.trimmed_pitch(fish, nose, 1.5)
+    assert 0.005 < trimmed < 0.1
+    law = sc.SteadyTow(position=(0, 0, -20), velocity=(1.5, 0, 0))
+    result = sc.run(model, law, state=state, t_end=1.0, output_step=0.1)
+    angles = result.bodies["fish"].yaw_pitch_roll
+    assert angles == pytest.approx(np.tile([0, trimmed, 0], (11, 1)), abs=1e-5)
+
+
 def test_refuses_impossible_tables(free_body, table):
     good = {
         "attack": angles(3), "sideslip": angles(3), "coefficients": np.zeros((3, 3, 6)),

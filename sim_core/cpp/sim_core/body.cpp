@@ -104,6 +104,10 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
         require(fin.normal.norm() > 1e-6, "a fin's normal must not be zero");
         fins_.emplace_back(fin, water.density);
     }
+    added_mass_ = body.added_mass.topLeftCorner<3, 3>();
+    added_coupling_ = body.added_mass.bottomLeftCorner<3, 3>();
+    added_inertia_ = body.added_mass.bottomRightCorner<3, 3>();
+    coupled_ = !added_coupling_.isZero(0.0);
     ahead_.resize(fins_.size());
     for (const Downwash& downwash : body.downwash) {
         const int count = static_cast<int>(fins_.size());
@@ -121,12 +125,21 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
     for (const auto& [place, at] : body.places) require(at.allFinite(), "places must be finite");
     strip_length_ = body.length / body.strips;
     strip_drag_ = 0.5 * water.density * body.cross_flow_drag * body.diameter * strip_length_;
-    strip_buoyancy_ = water.density * water.gravity * body.volume / body.strips;
+    buoyancy_ = water.density * water.gravity * body.volume;
     axial_drag_ = 0.5 * water.density * body.axial_drag * 0.25 * std::numbers::pi * body.diameter * body.diameter;
 }
 
-void BodyForce::add_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec3& flow, Mat3& flow_v,
-                             Mat3& flow_w) const {
+double BodyForce::drag_area() const {
+    if (!hull_table_) return body_.axial_drag * 0.25 * std::numbers::pi * body_.diameter * body_.diameter;
+    HullTableForce::Coefficients c, c_attack, c_sideslip;
+    hull_table_->interpolate(0.0, 0.0, c, c_attack, c_sideslip);
+    return c[0] * body_.hull_table->area;
+}
+
+void BodyForce::turn_by_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec3& flow, Mat3& change_v,
+                                 Mat3& change_w) const {
+    change_v.setZero();
+    change_w.setZero();
     const FinForce& fin = fins_[rear];
     const double chordwise = -flow.dot(fin.chord());
     if (chordwise <= 0.0) return;
@@ -139,8 +152,8 @@ void BodyForce::add_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec
         const double angle = downwash.slope * front.incidence(-v - w.cross(at), incidence_flow);
         const Eigen::RowVector3d angle_flow = downwash.slope * incidence_flow.transpose();
         flow -= angle * chordwise * front.normal();
-        flow_v += front.normal() * (chordwise * angle_flow - angle * chordwise_v);
-        flow_w -= front.normal() * (chordwise * angle_flow * skew(at) + angle * chordwise_w);
+        change_v += front.normal() * (chordwise * angle_flow - angle * chordwise_v);
+        change_w -= front.normal() * (chordwise * angle_flow * skew(at) + angle * chordwise_w);
     }
 }
 
@@ -176,7 +189,9 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     s.moment_w = skew(Iw) - W * body_.inertia;
 
     // Strips along the hull: buoyancy and cross-flow drag with the local flow
+    const Vec3 buoyancy = buoyancy_ * up;  // fully immersed
     double wet = 0.0;        // mean immersed fraction
+    double wet_x = 0.0;      // … times the mean place of what is immersed, m
     double wet_z = 0.0;      // … its derivative with respect to the height of the origin
     Vec3 wet_turn = Vec3::Zero();
     const double inverse_radius = 2.0 / body_.diameter;
@@ -190,18 +205,12 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
         s.add_cross_flow(x, x, strip_drag_ * strip.fraction, u_y, u_z);
         if (hull_table_) s.add_cross_flow(x, 0.0, -strip_drag_ * strip.fraction, -v.y(), -v.z());
         wet += share * strip.fraction;
-        const Vec3 at(x, 0.0, 0.0);
-        const Vec3 displaced_at = at + body_.centre_of_buoyancy;
-        const Vec3 buoyancy = strip_buoyancy_ * up;
-        s.force += strip.fraction * buoyancy;
-        s.moment += strip.fraction * displaced_at.cross(buoyancy);
-        const Mat3 buoyancy_turn = strip.fraction * strip_buoyancy_ * skew(up);
-        s.force_turn += buoyancy_turn;
-        s.moment_turn += skew(displaced_at) * buoyancy_turn;
+        wet_x += share * strip.fraction * x;
         if (strip.slope != 0.0) {
+            const Vec3 at(x, 0.0, 0.0);
             const double slope = -strip.slope * inverse_radius;
             const Vec3 z_turn = at.cross(up);  // d(R at)_z = up · (δφ × at) = δφ · (at × up)
-            s.add_wetted(displaced_at, buoyancy, slope, z_turn);
+            s.add_wetted(at + body_.centre_of_buoyancy, share * buoyancy, slope, z_turn);
             Vec3 drag = strip_drag_ * std::sqrt(u_y * u_y + u_z * u_z) * Vec3(0.0, u_y, u_z);
             if (hull_table_) drag += strip_drag_ * std::sqrt(v.y() * v.y() + v.z() * v.z()) * Vec3(0.0, v.y(), v.z());
             s.add_wetted(at, drag, slope, z_turn);
@@ -210,20 +219,36 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
         }
     }
 
+    const Vec3 displaced = Vec3(wet_x, 0.0, 0.0) + wet * body_.centre_of_buoyancy;  // moment of the displaced volume
+    const Mat3 buoyancy_turn = buoyancy_ * skew(up);
+    s.force += wet * buoyancy;
+    s.moment += displaced.cross(buoyancy);
+    s.force_turn += wet * buoyancy_turn;
+    s.moment_turn += skew(displaced) * buoyancy_turn;
+
     // Axial drag or table, and added mass, with the mean immersed fraction
     const double k = body_.munk_moment;
-    const Mat3 Ma = body_.added_mass.topLeftCorner<3, 3>();
-    const Mat3 Da = body_.added_mass.bottomLeftCorner<3, 3>();
-    const Mat3 Ja = body_.added_mass.bottomRightCorner<3, 3>();
+    const Mat3& Ma = added_mass_;
+    const Mat3& Ja = added_inertia_;
     const Mat3 V = skew(v);
-    const Vec3 P = Ma * v + Da.transpose() * w;  // impulse of the water
-    const Vec3 Dv = Da * v;
-    const Vec3 Jw = Ja * w;
     const Vec3 turning = w.cross(v);  // the water's impulse changes with v̇ = a − turning, seen from the body
-    Vec3 hull_force = k * (Ma * turning - w.cross(P)) - Ma * a - Da.transpose() * alpha;
+    const Vec3 P = Ma * v;            // impulse of the water
+    const Vec3 Jw = Ja * w;
+    Vec3 hull_force = k * (Ma * turning - w.cross(P)) - Ma * a;
     hull_force.x() -= axial_drag_ * std::abs(v.x()) * v.x();
-    Vec3 hull_moment =
-        k * (Da * turning - w.cross(Dv) - v.cross(P)) - w.cross(Jw) - Da * a - Ja * alpha;
+    Vec3 hull_moment = -k * v.cross(P) - w.cross(Jw) - Ja * alpha;
+    if (coupled_) {
+        const Mat3& D = added_coupling_;
+        const Vec3 impulse = D.transpose() * w;
+        const Vec3 Dv = D * v;
+        hull_force -= k * w.cross(impulse) + D.transpose() * alpha;
+        hull_moment += k * (D * turning - w.cross(Dv) - v.cross(impulse)) - D * a;
+        s.force_w += (wet * k) * (skew(impulse) - W * D.transpose());
+        s.force_alpha -= wet * D.transpose();
+        s.moment_v += (wet * k) * (D * W - W * D + skew(impulse));
+        s.moment_w += (wet * k) * (skew(Dv) - D * V - V * D.transpose());
+        s.moment_a -= wet * D;
+    }
     if (hull_table_) {
         Vec3 table_force, table_moment;
         Mat3 table_force_v, table_moment_v;
@@ -237,12 +262,10 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     s.moment += wet * hull_moment;
     s.force_v += (wet * k) * (Ma * W - W * Ma);
     s.force_v(0, 0) -= wet * 2.0 * axial_drag_ * std::abs(v.x());
-    s.force_w += (wet * k) * (skew(P) - Ma * V - W * Da.transpose());
-    s.moment_v += (wet * k) * (Da * W - W * Da + skew(P) - V * Ma);
-    s.moment_w += (wet * k) * (skew(Dv) - Da * V - V * Da.transpose()) + wet * (skew(Jw) - W * Ja);
+    s.force_w += (wet * k) * (skew(P) - Ma * V);
+    s.moment_v += (wet * k) * (skew(P) - V * Ma);
+    s.moment_w += wet * (skew(Jw) - W * Ja);
     s.force_a -= wet * Ma;
-    s.force_alpha -= wet * Da.transpose();
-    s.moment_a -= wet * Da;
     s.moment_alpha -= wet * Ja;
     s.force_z += wet_z * hull_force;
     s.moment_z += wet_z * hull_moment;
@@ -258,12 +281,17 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
         Mat3 lift_flow;
         const Mat3 A = skew(at);
         Vec3 flow = -v - w.cross(at);
-        Mat3 flow_v = -Mat3::Identity();
-        Mat3 flow_w = A;  // d(−w × at)/dw = skew(at)
-        if (!ahead_[i].empty()) add_downwash(i, v, w, flow, flow_v, flow_w);
+        Mat3 downwash_v, downwash_w;
+        const bool washed = !ahead_[i].empty();
+        if (washed) turn_by_downwash(i, v, w, flow, downwash_v, downwash_w);
         fin.evaluate(flow, lift, lift_flow);
-        const Mat3 wetted_v = immersion.fraction * lift_flow * flow_v;
-        const Mat3 wetted_w = immersion.fraction * lift_flow * flow_w;
+        const Mat3 wetted_flow = immersion.fraction * lift_flow;
+        Mat3 wetted_v = -wetted_flow;
+        Mat3 wetted_w = wetted_flow * A;  // d(−w × at)/dw = skew(at)
+        if (washed) {
+            wetted_v += wetted_flow * downwash_v;
+            wetted_w += wetted_flow * downwash_w;
+        }
         s.force += immersion.fraction * lift;
         s.moment += immersion.fraction * at.cross(lift);
         s.force_v += wetted_v;

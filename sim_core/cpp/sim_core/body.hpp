@@ -74,18 +74,24 @@ class BodyForce {
 
     const Body& body() const { return body_; }
 
+    /// Cd A (m²) of the hull in flow along its axis.
+    double drag_area() const;
+
   private:
-    /// Turns the flow at a fin by the downwash of those ahead of it, and adds the derivatives of the turned flow's
-    /// change with respect to v and w.
-    void add_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec3& flow, Mat3& flow_v, Mat3& flow_w) const;
+    /// Turns the flow at a fin by the downwash of those ahead of it. Gives the derivatives of the change with respect
+    /// to v and w.
+    void turn_by_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec3& flow, Mat3& change_v,
+                          Mat3& change_w) const;
 
     Body body_;
     std::vector<FinForce> fins_;
     std::vector<std::vector<Downwash>> ahead_;  ///< per fin, of the fins ahead of it
     std::optional<HullTableForce> hull_table_;
+    Mat3 added_mass_, added_coupling_, added_inertia_;  ///< M, D, J of Body::added_mass
+    bool coupled_;                                      ///< D is not zero
     double strip_length_;
     double strip_drag_;      ///< ½ρ Cd d Δx, N/(m/s)²
-    double strip_buoyancy_;  ///< N
+    double buoyancy_;        ///< N, fully immersed
     double axial_drag_;      ///< ½ρ Cd π d²/4, N/(m/s)²
 };
 

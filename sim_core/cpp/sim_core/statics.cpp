@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <numbers>
 #include <optional>
 #include <sstream>
 
@@ -100,8 +99,7 @@ class FirstGuess {
     Vec3 load_of(std::size_t body) const {
         const Water& water = model_.water;
         const Body& b = model_.bodies[body].force.body();
-        Vec3 load = 0.5 * water.density * b.axial_drag * 0.25 * std::numbers::pi * b.diameter * b.diameter *
-                    flow_.norm() * flow_;
+        Vec3 load = 0.5 * water.density * model_.bodies[body].force.drag_area() * flow_.norm() * flow_;
         load.z() += (water.density * b.volume - b.mass) * water.gravity;
         return load;
     }
