@@ -46,6 +46,20 @@ def test_the_report_needs_nothing_else(plan, one_thread, tmp_path):
     assert '<script src="http' not in html
 
 
+def test_histories_of_chosen_samples(plan, one_thread, tmp_path):
+    """What they show is what was measured."""
+    run_study(plan(SMALL + "histories: [1]\n"), tmp_path / "o", one_thread, 1)
+    history = pq.read_table(tmp_path / "o" / "histories.parquet")
+    assert set(history["sample"].to_pylist()) == {1}
+    assert set(history["stretch"].to_pylist()) == {"measured"}  # it settles for less than 40 s
+    assert history.num_rows == 2 * 64 + 1
+    assert unit_of(history, "fish_pitch") == "deg"
+    tension = history["top_tension"].to_numpy()[:-1].mean()
+    results = pq.read_table(tmp_path / "o" / "results.parquet")
+    assert tension == pytest.approx(results["top_tension"][1].as_py(), rel=1e-12)
+    assert "Over time: sample 1" in (tmp_path / "o" / "report.html").read_text()
+
+
 def test_what_cannot_be_solved_says_why(plan, one_thread, tmp_path):
     text = SMALL.replace("values: [1.0, 1.5, 2.0]", "values: [1.0, -1.0]").replace(
         "parameters:\n",

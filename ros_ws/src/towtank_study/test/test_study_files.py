@@ -29,6 +29,7 @@ from towtank_study.loading import load_study
         ("periods: 2", "integrator: RK4", 8, ["'RK4' is no integrator", "Newmark"]),
         ("periods: 2", "integrator: HHT(-0.1)", 8, ["HHT(alpha=-0.1)"]),
         ("heave_ratio_nose", "heave_ratio_tail", 9, ["heave_ratio_tail", "heave_ratio_nose"]),
+        ("outputs:", "histories: [3]\noutputs:", 9, ["no sample 3", "0 to 2"]),
         ("[heave", "[heave: [", 10, ["not valid YAML"]),
     ],
 )

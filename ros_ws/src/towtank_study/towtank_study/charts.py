@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 import pyarrow as pa
+import pyarrow.compute as pc
 from plotly.subplots import make_subplots
 
 from towtank_study.optimisation import feasible_rows
@@ -128,6 +129,49 @@ def trade_off_figure(
         figure.update_xaxes(title_text=_title(table, x), row=1, col=place)
     figure.update_yaxes(title_text=_title(table, y), row=1, col=1)
     return _finish(figure, _title(table, axes[0]), 1).update_layout(height=460)
+
+
+def history_figures(
+    paths: Sequence[str], table: pa.Table, histories: pa.Table
+) -> Iterator[tuple[str, go.Figure]]:
+    """Heading and figure for each sample: its heave from the start, and over the measured periods,
+    each about its mean."""
+    for number in sorted(set(histories["sample"].to_pylist())):
+        values = ", ".join(f"{path} {_short(table[path][number].as_py())}" for path in paths)
+        of_sample = histories.filter(pc.equal(histories["sample"], number))
+        figure = make_subplots(
+            rows=2, cols=1, subplot_titles=["From the start", "Over the measured periods"]
+        )
+        for row, stretch in enumerate(("first", "measured"), start=1):
+            part = of_sample.filter(pc.equal(of_sample["stretch"], stretch))
+            if not part.num_rows:
+                continue
+            for (label, name), colour in zip(_HEAVES.items(), PALETTE, strict=False):
+                heights = part[name].to_numpy()
+                figure.add_scatter(
+                    x=part["time"].to_numpy().astype(np.float32),
+                    y=(1e3 * (heights - heights.mean())).astype(np.float32),
+                    mode="lines",
+                    line={"color": colour, "width": 1.5},
+                    name=label,
+                    legendgroup=label,
+                    showlegend=row == 2,
+                    row=row,
+                    col=1,
+                )
+            figure.update_yaxes(title_text="heave, mm", row=row, col=1)
+        yield f"Over time: sample {number} ({values})", _finish(figure, "time, s", 2)
+
+
+_HEAVES = {
+    "depressor": "depressor_height",
+    "fish, nose": "fish_height_nose",
+    "fish, middle": "fish_height_middle",
+}
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _shown_rows(

@@ -7,7 +7,6 @@ import itertools
 from collections.abc import Generator, Sequence
 
 import numpy as np
-import SALib.sample.sobol
 from scipy.stats import qmc
 
 from towtank_study.evaluation import Outcome
@@ -97,6 +96,8 @@ def saltelli(design: Sobol, dimensions: int) -> np.ndarray:
     """Points of Saltelli's scheme, shape (samples·(dimensions + 2), dimensions), in blocks of
     dimensions + 2: a point, with one coordinate after another exchanged, the point to exchange
     with (Saltelli et al., Comput. Phys. Commun. 181, 2010). The sequence is scrambled."""
+    import SALib.sample.sobol  # a second for pandas, which other designs need not spend
+
     return SALib.sample.sobol.sample(
         unit_problem(dimensions),
         design.samples,

@@ -44,7 +44,7 @@ class TowEvaluation:
     rig_text: str
 
     def __call__(self, number: int, values: Mapping[str, Value]) -> Outcome:
-        study, rig = _parsed(self.study_text, self.rig_text)
+        study, rig = parsed(self.study_text, self.rig_text)
         try:
             changed_rig, simulation = changed(study, rig, values)
             everything = measure(simulate(changed_rig, simulation))
@@ -54,7 +54,8 @@ class TowEvaluation:
 
 
 @lru_cache(maxsize=4)
-def _parsed(study_text: str, rig_text: str) -> tuple[Study, Rig]:
+def parsed(study_text: str, rig_text: str) -> tuple[Study, Rig]:
+    """Return study and rig; a process that is given the same texts again reads them once."""
     return parse_study(study_text).study, parse_rig(rig_text)
 
 

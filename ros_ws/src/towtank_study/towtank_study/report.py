@@ -19,9 +19,18 @@ DEFAULT_OUTPUTS = ("heave_ratio_nose", "heave_ratio_port", "depressor_heave")
 
 
 def report_html(
-    study: Study, variables: Sequence[Variable], table: pa.Table, summary: dict[str, Any]
+    study: Study,
+    variables: Sequence[Variable],
+    table: pa.Table,
+    summary: dict[str, Any],
+    histories: pa.Table | None = None,
 ) -> str:
-    """The report as text. table: the results; summary: as `summarise` gives it."""
+    """The report as text. table: the results; summary: as `summarise` gives it; histories: as
+    `histories_table` gives them."""
+    figures = list(_figures(study, variables, table, summary))
+    if histories is not None:
+        paths = [variable.path for variable in variables]
+        figures += charts.history_figures(paths, table, histories)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("towtank_study"),
         autoescape=True,
@@ -34,7 +43,7 @@ def report_html(
         summary=summary,
         charts=[
             (heading, _chart_html(f"chart-{number}", figure))
-            for number, (heading, figure) in enumerate(_figures(study, variables, table, summary))
+            for number, (heading, figure) in enumerate(figures)
         ],
         plotly_js=get_plotlyjs(),
     )

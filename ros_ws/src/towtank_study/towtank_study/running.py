@@ -2,8 +2,8 @@
 """A whole study: from its file to a directory with results, summary and report.
 
 The directory holds study.yaml and rig.yaml (the texts), while the study runs journal.jsonl, and in
-the end results.parquet, summary.json and report.html. A study that was stopped, by whatever, goes
-on from the journal.
+the end results.parquet, summary.json, report.html, and histories.parquet if asked for. A study that
+was stopped, by whatever, goes on from the journal.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import sim_core._core as core
 from towtank_rig import Rig, load_rig
@@ -27,6 +28,7 @@ from towtank_study.designs import Sample, batches, most_samples
 from towtank_study.errors import StudyError
 from towtank_study.evaluation import Outcome, TowEvaluation
 from towtank_study.execution import evaluate_all
+from towtank_study.histories import TowHistory, histories_table
 from towtank_study.journal import Journal
 from towtank_study.loading import StudyFile, load_study
 from towtank_study.report import report_html
@@ -38,12 +40,11 @@ Proposals = Generator[list[Sample], list[Outcome], None]
 Progress = Callable[[int, int], None]
 """Told how many of how many samples are done."""
 
-JOURNAL, RESULTS, SUMMARY, REPORT = (
-    "journal.jsonl",
-    "results.parquet",
-    "summary.json",
-    "report.html",
-)
+JOURNAL = "journal.jsonl"
+RESULTS = "results.parquet"
+HISTORIES = "histories.parquet"
+SUMMARY = "summary.json"
+REPORT = "report.html"
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,13 @@ def plan_study(path: str | Path, find_rig: Callable[[str], Path]) -> PlannedStud
     if file.study.changes:
         rig = rig.replace(file.study.changes)
     found = variables(file, rig)
-    return PlannedStudy(file, rig, found, most_samples(file.study.design, found))
+    planned = PlannedStudy(file, rig, found, most_samples(file.study.design, found))
+    for number in file.study.histories:
+        if number >= planned.most_samples:
+            raise file.error(
+                "histories", f"there is no sample {number}", f"take 0 to {planned.most_samples - 1}"
+            )
+    return planned
 
 
 def software() -> dict[str, str]:
@@ -115,6 +122,9 @@ def run_study(
             outcomes = [journal.outcomes[number] for number in range(len(samples))]
             table = results_table(planned.variables, samples, outcomes, planned.metadata)
             write_parquet(table, results)
+    if planned.file.study.histories and not (directory / HISTORIES).exists():
+        histories = _histories(planned, pq.read_table(results), executor, workers)
+        write_parquet(histories, directory / HISTORIES)
     (directory / JOURNAL).unlink(missing_ok=True)
     progress(planned.most_samples, planned.most_samples)
     return _conclude(planned, directory)
@@ -171,15 +181,33 @@ def _next_batch(proposals: Proposals, outcomes: list[Outcome] | None) -> list[Sa
         return None
 
 
+def _histories(
+    planned: PlannedStudy, table: pa.Table, executor: Executor, workers: int
+) -> pa.Table:
+    """Simulate the chosen samples again and return what they did over time."""
+    history = TowHistory(planned.file.text, planned.rig.text)
+    paths = [variable.path for variable in planned.variables]
+    wanted = [
+        (number, {path: table[path][number].as_py() for path in paths})
+        for number in planned.file.study.histories
+        if number < table.num_rows  # an optimisation may end early
+    ]
+    runs = [run for chunk in evaluate_all(history, wanted, executor, workers) for run in chunk]
+    return histories_table(sorted(runs, key=lambda run: run[0]))
+
+
 def _conclude(planned: PlannedStudy, directory: Path) -> dict[str, Any]:
     """Write what follows from the results, and the texts, unless they are there."""
     table = pq.read_table(directory / RESULTS)
+    histories = None
+    if planned.file.study.histories:
+        histories = pq.read_table(directory / HISTORIES)
     summary = summarise(planned.file.study, planned.variables, table)
     for name, text in (
         ("study.yaml", planned.file.text),
         ("rig.yaml", planned.rig.text),
         (SUMMARY, json.dumps(summary, indent=2) + "\n"),
-        (REPORT, report_html(planned.file.study, planned.variables, table, summary)),
+        (REPORT, report_html(planned.file.study, planned.variables, table, summary, histories)),
     ):
         path = directory / name
         if not path.exists():

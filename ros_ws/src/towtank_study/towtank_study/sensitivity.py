@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import SALib.analyze.sobol
 from numpy.typing import NDArray
 
 from towtank_study.designs import unit_problem
@@ -42,6 +41,8 @@ def sobol_indices(values: NDArray[np.float64], design: Sobol, dimensions: int) -
     whole = blocks[np.isfinite(blocks).all(axis=1)]
     if len(whole) < LEAST_BLOCKS or np.ptp(whole) == 0.0:
         return None
+    import SALib.analyze.sobol  # a second for pandas, which other studies need not spend
+
     found = SALib.analyze.sobol.analyze(
         unit_problem(dimensions),
         whole.ravel(),

@@ -176,8 +176,8 @@ class Study(Section):
 
     rig: name of a rig that comes with the project, or a path relative to the study file.
     changes: what the whole study changes in the rig, path to value as `Rig.replace` takes it.
-    statement: what somebody said about it, shown beside what is found. histories: record heave,
-    pitch and tension over time of every sample.
+    statement: what somebody said about it, shown beside what is found. histories: numbers of the
+    samples of which heave, pitch and tension are kept over time.
     """
 
     name: str = Field(pattern=r"^[\w.-]+$")
@@ -191,6 +191,7 @@ class Study(Section):
     statement: str = ""
     references: tuple[Reference, ...] = ()
     plots: tuple[Plot, ...] = ()
+    histories: tuple[Annotated[int, Field(ge=0)], ...] = ()
 
     @model_validator(mode="after")
     def _names_fit(self) -> Self:

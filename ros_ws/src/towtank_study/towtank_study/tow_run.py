@@ -35,6 +35,7 @@ OUTPUTS: dict[str, str] = {
     **{f"heave_ratio_{place}": "1" for place in PLACES},
     **{f"heave_phase_{place}": "deg" for place in PLACES},
     **{f"peak_to_peak_ratio_{place}": "1" for place in PLACES},
+    **{f"first_40_s_ratio_{place}": "1" for place in PLACES},
     "depressor_depth": "m",
     "fish_depth": "m",
     "fish_pitch": "deg",
@@ -62,29 +63,42 @@ SLACK_SHARE = 0.01
 sim_core rounds the tension off to zero."""
 
 
-@dataclass(frozen=True)
-class TowRun:
-    """A recorded run: what was measured over the whole crank periods.
+FIRST_S = 40.0
+"""Length of the record that the thesis reads."""
 
-    time: s, shape (n,), n = periods · samples_per_period + 1. crank_angle: rad, (n,). tow_point,
-    depressor: height, m, (n,). fish: height by place, m, (n,). pitch: bow up, rad, (n,).
-    top_tension: of the uppermost segment, N, (n,). slack: whether some segment is, (n,).
+
+@dataclass(frozen=True)
+class Record:
+    """Samples of one stretch of a run.
+
+    time: s, shape (n,). tow_point, depressor: height, m, (n,). fish: height by place, m, (n,).
+    pitch: bow up, rad, (n,). top_tension: of the uppermost segment, N, (n,). slack: whether some
+    segment is, (n,).
     """
 
-    periods: int
     time: Array
-    crank_angle: Array
     tow_point: Array
     depressor: Array
     fish: dict[str, Array]
     pitch: Array
     top_tension: Array
     slack: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class TowRun:
+    """A simulated run. first: its first FIRST_S, or None. measured: `periods` whole crank periods
+    after the settling time, both ends included. crank_angle: of the samples of measured, rad."""
+
+    periods: int
+    first: Record | None
+    measured: Record
+    crank_angle: Array
     solver: dict[str, int]
 
 
 def simulate(rig: Rig, simulation: Simulation) -> TowRun:
-    """Run the rig's tow from its steady state and record the measured periods.
+    """Run the rig's tow from its steady state and record the beginning and the measured periods.
 
     Raises sim_core's InvalidInput and ConvergenceError, ModelError, and AnalysisError for a crank
     that does not turn, or not yet evenly.
@@ -92,76 +106,96 @@ def simulate(rig: Rig, simulation: Simulation) -> TowRun:
     rate = rig.run.crank_rate.value
     if rate == 0.0 or rig.tow_point.motion.crank_radius.value == 0.0:
         raise AnalysisError("the crank does not turn")
-    if simulation.settling_time.value < rig.run.ramp_time.value:
+    settling = simulation.settling_time.value
+    if settling < rig.run.ramp_time.value:
         raise AnalysisError("settling_time ends before the crank's ramp")
     period = 2 * math.pi / rate
     model = build_model(rig, simulation.segments)
     motion, angle = _tow_point_law(rig, period)
-    settings = {
-        "integrator": make_integrator(simulation.integrator),
-        "max_step": simulation.step.value,
-    }
-    settling = simulation.settling_time.value
-    lead_in = sc.run(model, motion, t_end=settling, output_step=max(settling, 1e-9), **settings)
-    measured = sc.run(
-        model,
-        motion,
-        state=lead_in.final_state,
-        t_end=settling + simulation.periods * period,
-        output_step=period / simulation.samples_per_period,
-        **settings,
-    )
-    fish = measured.bodies["fish"]
+    integrator = make_integrator(simulation.integrator)
+    results: list[sc.Result] = []
+
+    def run_to(end: float, output_step: float) -> sc.Result:
+        result = sc.run(
+            model,
+            motion,
+            state=results[-1].final_state if results else None,
+            t_end=end,
+            output_step=output_step,
+            integrator=integrator,
+            max_step=simulation.step.value,
+        )
+        results.append(result)
+        return result
+
+    sampling = period / simulation.samples_per_period
+    first = _record(rig, run_to(FIRST_S, sampling)) if settling >= FIRST_S else None
+    run_to(settling, FIRST_S)
+    measured = _record(rig, run_to(settling + simulation.periods * period, sampling))
     return TowRun(
         periods=simulation.periods,
-        time=measured.time,
+        first=first,
+        measured=measured,
         crank_angle=angle(measured.time),
-        tow_point=measured.points["tow_point"].position[:, 2],
-        depressor=measured.points["depressor"].position[:, 2],
-        fish={name: fish.position_of(place(rig).position)[:, 2] for name, place in PLACES.items()},
-        pitch=bow_up_pitch(np.roll(fish.quaternion, -1, axis=1)),
-        top_tension=measured.lines["primary"].start_tension,
-        slack=np.any([_is_slack(rig, name, measured.lines[name]) for name in LINES], axis=0),
         solver={
-            name: getattr(lead_in, name) + getattr(measured, name)
+            name: sum(getattr(result, name) for result in results)
             for name in ("steps", "newton_iterations", "halvings", "snaps")
         },
     )
 
 
+def _record(rig: Rig, result: sc.Result) -> Record:
+    fish = result.bodies["fish"]
+    return Record(
+        time=result.time,
+        tow_point=result.points["tow_point"].position[:, 2],
+        depressor=result.points["depressor"].position[:, 2],
+        fish={name: fish.position_of(place(rig).position)[:, 2] for name, place in PLACES.items()},
+        pitch=bow_up_pitch(np.roll(fish.quaternion, -1, axis=1)),
+        top_tension=result.lines["primary"].start_tension,
+        slack=np.any([_is_slack(rig, name, result.lines[name]) for name in LINES], axis=0),
+    )
+
+
 def measure(run: TowRun) -> dict[str, float]:
     """Return all OUTPUTS of a run; AnalysisError where its heave allows no result."""
-    start = float(run.crank_angle[0])
+    record, start = run.measured, float(run.crank_angle[0])
 
     def harmonic(values: Array) -> Harmonic:
         return fit_first_harmonic(values, run.crank_angle, start, run.periods)
 
-    depressor = harmonic(run.depressor)
+    depressor = harmonic(record.depressor)
     if depressor.amplitude < MIN_AMPLITUDE_M:
         raise AnalysisError("the depressor does not heave: there is no ratio")
     outputs = {
-        "crank_frequency": (run.crank_angle[-1] - start) / (2 * math.pi) / np.ptp(run.time),
-        "tow_point_heave": harmonic(run.tow_point).amplitude,
+        "crank_frequency": (run.crank_angle[-1] - start) / (2 * math.pi) / np.ptp(record.time),
+        "tow_point_heave": harmonic(record.tow_point).amplitude,
         "depressor_heave": depressor.amplitude,
-        "depressor_depth": -_mean(run.depressor),
-        "fish_depth": -_mean(run.fish["middle"]),
-        "fish_pitch": math.degrees(_mean(run.pitch)),
-        "fish_pitch_amplitude": math.degrees(harmonic(run.pitch).amplitude),
-        "top_tension": _mean(run.top_tension),
-        "top_tension_amplitude": np.ptp(run.top_tension) / 2,
-        "largest_slack_time": largest_slack_time(run.time, run.slack),
+        "depressor_depth": -_mean(record.depressor),
+        "fish_depth": -_mean(record.fish["middle"]),
+        "fish_pitch": math.degrees(_mean(record.pitch)),
+        "fish_pitch_amplitude": math.degrees(harmonic(record.pitch).amplitude),
+        "top_tension": _mean(record.top_tension),
+        "top_tension_amplitude": np.ptp(record.top_tension) / 2,
+        "largest_slack_time": largest_slack_time(record.time, record.slack),
         **run.solver,
     }
-    stamps = np.round(run.time * 1e9).astype(np.int64)
-    for place, heave in run.fish.items():
-        fish = harmonic(heave)
+    for place in PLACES:
+        fish = harmonic(record.fish[place])
         outputs[f"fish_heave_{place}"] = fish.amplitude
         outputs[f"heave_ratio_{place}"] = fish.amplitude / depressor.amplitude
         outputs[f"heave_phase_{place}"] = math.degrees(cmath.phase(fish.value / depressor.value))
-        outputs[f"peak_to_peak_ratio_{place}"] = read_peak_to_peak(
-            Series(stamps, heave), Series(stamps, run.depressor)
-        ).ratio
+        outputs[f"peak_to_peak_ratio_{place}"] = _peak_to_peak_ratio(record, place)
+        outputs[f"first_40_s_ratio_{place}"] = (
+            _peak_to_peak_ratio(run.first, place) if run.first else math.nan
+        )
     return {name: float(outputs[name]) for name in OUTPUTS}
+
+
+def _peak_to_peak_ratio(record: Record, place: str) -> float:
+    stamps = np.round(record.time * 1e9).astype(np.int64)
+    fish, depressor = Series(stamps, record.fish[place]), Series(stamps, record.depressor)
+    return read_peak_to_peak(fish, depressor).ratio
 
 
 def _mean(values: Array) -> float:
