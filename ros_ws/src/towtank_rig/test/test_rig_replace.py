@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 from towtank_rig import Quantity, RigError, load_rig, parse_rig
+from towtank_rig.loading import vary
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 
@@ -100,3 +101,33 @@ def test_assumptions_are_the_assumed_quantities_with_range_and_source():
     for quantity in assumptions.values():
         low, high = quantity.range
         assert low <= quantity.value <= high and quantity.source
+
+
+def test_vary_gives_what_a_file_with_these_values_gives():
+    values = {
+        "lines.primary.length": "7.5 m",  # beyond the range that the file has for its own value
+        "lines.primary.segments": 40,
+        "fish.fins.2.position.y": "0.01 m",
+        "fish.munk_moment": 0.75,
+    }
+    in_a_file = values | {"fish.munk_moment": {"value": 0.75}}  # replace keeps a number's range
+    assert list(vary(RIG, values).quantities()) == list(RIG.replace(in_a_file).quantities())
+    assert vary(RIG, values).lines.primary.segments == 40
+    assert RIG.lines.primary.length.value == 1.2
+
+
+@pytest.mark.parametrize(
+    ("path", "new", "words"),
+    [
+        ("lines.primary.length", "-1 m", ["lines.primary.length", "impossible"]),
+        ("lines.primary.length", "1 mm", ["lines.primary.length", "'mm'"]),
+        ("lines.tertiary.length", "1 m", ["lines.tertiary.length", "no such key"]),
+        ("fish.fins.9.area", "1 m^2", ["fish.fins.9.area", "no such key"]),
+        ("depressor.mass", "1 kg", ["depressor.apparent_mass_in_water", "weighs as much"]),
+    ],
+)
+def test_vary_refuses_what_a_file_could_not_hold(path, new, words):
+    with pytest.raises(RigError) as caught:
+        vary(RIG, {path: new})
+    for word in words:
+        assert word in str(caught.value)

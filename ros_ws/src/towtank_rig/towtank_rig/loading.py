@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading rig files: YAML text in, a validated Rig or a RigError with file and line out."""
+"""Reading rig files: YAML text in, a validated Rig or a RigError with file and line out; and quick
+copies with other values."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -63,6 +64,46 @@ def validate(text: str, source: str) -> tuple[Rig | None, list[RigError]]:
         return None, sorted(faults, key=lambda fault: fault.line or 0)
     rig._document = document
     return rig, []
+
+
+def vary(rig: Rig, values: Mapping[str, object]) -> Rig:
+    """Return a copy with other values at paths that the file has, validated like a file.
+
+    For many copies: some ten times as fast as ``Rig.replace``, but the copy has no text of its own.
+
+    Args:
+        rig: The rig to copy.
+        values: Dotted path to new value, as it would stand in the file: it takes the place of the
+            whole quantity, ``{"lines.primary.length": "1.3 m"}``.
+
+    Raises:
+        RigError: unknown path, or a value that the schema refuses.
+    """
+    document = rig._document
+    data = document.data
+    for path, value in values.items():
+        try:
+            data = _with_value(data, keys(path), value)
+        except LookupError:
+            what = "no such key in the rig"
+            raise RigError(rig.source, None, path, what, "correct the path") from None
+    try:
+        return Rig.model_validate(data)
+    except ValidationError as error:
+        raise _fault(error.errors()[0], document) from None
+
+
+def _with_value(node: Any, path: Sequence[Key], value: object) -> Any:
+    """Return a copy of a tree of dicts and lists with another value at a path that is there."""
+    if not path:
+        return value
+    if not isinstance(node, dict | list):
+        raise LookupError(path[0])
+    key = path[0] if isinstance(node, list) else str(path[0])
+    changed = _with_value(node[key], path[1:], value)
+    if isinstance(node, dict):
+        return {**node, key: changed}
+    return [*node[:key], changed, *node[key + 1 :]]
 
 
 def _fault(details: ErrorDetails, document: Document) -> RigError:

@@ -31,7 +31,8 @@ def test_results_hold_units_and_texts(plan, one_thread, tmp_path):
     assert summary == json.loads((tmp_path / "o" / "summary.json").read_text())
     ratios = table["heave_ratio_nose"].to_pylist()
     assert summary["outputs"]["heave_ratio_nose"]["greatest"]["value"] == max(ratios)
-    assert summary["trends"]["heave_ratio_nose"]["last"] == {"at": 2.0, "value": ratios[-1]}
+    assert summary["curves"][0]["y"] == "heave_ratio_nose"
+    assert summary["curves"][0]["last"] == {"at": 2.0, "value": ratios[-1]}
 
 
 def test_the_report_needs_nothing_else(plan, one_thread, tmp_path):

@@ -12,47 +12,44 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from plotly.subplots import make_subplots
 
+from towtank_study.curves import curves, is_a_grid
 from towtank_study.optimisation import feasible_rows
 from towtank_study.results import unit_of
 from towtank_study.sensitivity import independent_rows
 from towtank_study.study import Optimisation, Plot, Reference, Sobol, Study
-from towtank_study.variables import Variable
 
-PALETTE = ("#1f5fa8", "#d9730d", "#2a8a57", "#8a4fa3", "#6b6b6b")
+PALETTE = (
+    "#1f5fa8", "#d9730d", "#2a8a57", "#8a4fa3", "#6b6b6b", "#b0892f", "#3b8ea5", "#c2527e",
+)  # fmt: skip
 REFERENCE_COLOUR = "#b3261e"
 SHOWN_INDICES = 20
 
 
-def plot_figure(
-    study: Study, variables: Sequence[Variable], table: pa.Table, plot: Plot
-) -> go.Figure:
+def plot_figure(study: Study, table: pa.Table, plot: Plot) -> go.Figure:
     """The plot's outputs, one below the other, over its x, with the study's references."""
-    rows = _shown_rows(study, variables, table, plot)
-    x = table[plot.x].take(rows).to_pylist()
-    numbers = all(isinstance(value, (int, float)) or value is None for value in x)
     figure = make_subplots(rows=len(plot.y), cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    joined = is_a_grid(study) and not pa.types.is_string(table[plot.x].type)
+    for number, curve in enumerate(curves(study, table, plot)):
+        part = table.take(curve.rows)
+        for row, name in enumerate(plot.y, start=1):
+            figure.add_scatter(
+                x=part[plot.x].to_pylist(),
+                y=part[name].to_pylist(),
+                mode="lines+markers" if joined else "markers",
+                line={"color": PALETTE[number % len(PALETTE)], "width": 1.5},
+                marker={"size": 6 if len(curve.rows) < 200 else 3},
+                name=f"{plot.by} {curve.label}" if plot.by else "found",
+                legendgroup=curve.label,
+                showlegend=row == 1,
+                row=row,
+                col=1,
+            )
     for row, name in enumerate(plot.y, start=1):
-        y = table[name].take(rows).to_pylist()
-        points = list(zip(x, y, strict=True))
-        if numbers:
-            points = sorted(point for point in points if None not in point)
-        xs, ys = [point[0] for point in points], [point[1] for point in points]
-        figure.add_scatter(
-            x=xs,
-            y=ys,
-            mode="lines+markers" if numbers and _is_a_line(study) else "markers",
-            line={"color": PALETTE[0], "width": 1.5},
-            marker={"size": 6 if len(xs) < 200 else 3},
-            name="found",
-            showlegend=row == 1,
-            row=row,
-            col=1,
-        )
         for reference in study.references:
             if reference.output == name:
                 _add_reference(figure, reference, axis="y", row=row)
         figure.update_yaxes(title_text=_title(table, name), row=row, col=1)
-    if numbers and plot.logarithmic:
+    if plot.logarithmic:
         figure.update_xaxes(type="log")
     return _finish(figure, _title(table, plot.x), len(plot.y))
 
@@ -172,25 +169,6 @@ _HEAVES = {
 
 def _short(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _shown_rows(
-    study: Study, variables: Sequence[Variable], table: pa.Table, plot: Plot
-) -> list[int]:
-    """Return the rows of a plot over a parameter: in a grid those with the other parameters at
-    their first values, in a one-at-a-time design at the rig's; all rows in other cases."""
-    everything = list(range(table.num_rows))
-    paths = [variable.path for variable in variables]
-    if plot.x not in paths or not _is_a_line(study):
-        return everything
-    others = [path for path in paths if path != plot.x]
-    first = {path: table[path][0].as_py() for path in others}
-    columns = {path: table[path].to_pylist() for path in others}
-    return [row for row in everything if all(columns[p][row] == first[p] for p in others)]
-
-
-def _is_a_line(study: Study) -> bool:
-    return study.design.kind in ("one_at_a_time", "full_factorial")
 
 
 def _add_reference(figure: go.Figure, reference: Reference, axis: str, row: int = 1) -> None:

@@ -11,6 +11,7 @@ from functools import lru_cache
 from pydantic import ValidationError
 from towtank_compare.harmonic import AnalysisError
 from towtank_rig import Quantity, Rig, RigError, parse_rig
+from towtank_rig.loading import vary
 from towtank_sim.model import ModelError
 
 import sim_core as sc
@@ -62,8 +63,9 @@ def parsed(study_text: str, rig_text: str) -> tuple[Study, Rig]:
 def changed(study: Study, rig: Rig, values: Mapping[str, Value]) -> tuple[Rig, Simulation]:
     """Return rig and simulation with the values of a sample.
 
-    A quantity becomes a stated one, without its range: a study may look beyond what is plausible.
-    Raises RigError for values that the rig's schema refuses, InvalidInput for the simulation's.
+    The rig has no text of its own. A quantity becomes a stated one, without its range: a study may
+    look beyond what is plausible. Raises RigError for values that the rig's schema refuses,
+    InvalidInput for the simulation's.
     """
     of_rig: dict[str, object] = {}
     of_simulation: dict[str, object] = {}
@@ -71,12 +73,11 @@ def changed(study: Study, rig: Rig, values: Mapping[str, Value]) -> tuple[Rig, S
         model, within = holder(rig, study.simulation, path)
         at = value_at(model, within)
         if isinstance(at, Quantity):
-            written = value if at.unit == "1" else f"{value!r} {at.unit}"
-            form: object = {"value": written}
+            form: object = value if at.unit == "1" else f"{value!r} {at.unit}"
         else:
             form = int(value) if isinstance(value, float) and value.is_integer() else value
         (of_simulation if model is study.simulation else of_rig)[within] = form
-    changed_rig = rig.replace(of_rig) if of_rig else rig
+    changed_rig = vary(rig, of_rig)
     if not of_simulation:
         return changed_rig, study.simulation
     try:

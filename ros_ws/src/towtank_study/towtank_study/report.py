@@ -12,10 +12,9 @@ from plotly.graph_objects import Figure
 from plotly.offline import get_plotlyjs
 
 from towtank_study import charts
-from towtank_study.study import LatinHypercube, Optimisation, Plot, Sobol, Study
+from towtank_study.curves import main_outputs, plots_of
+from towtank_study.study import LatinHypercube, Optimisation, Sobol, Study
 from towtank_study.variables import Variable
-
-DEFAULT_OUTPUTS = ("heave_ratio_nose", "heave_ratio_port", "depressor_heave")
 
 
 def report_html(
@@ -52,17 +51,16 @@ def report_html(
 def _figures(
     study: Study, variables: Sequence[Variable], table: pa.Table, summary: dict[str, Any]
 ) -> Iterator[tuple[str, Figure]]:
-    outputs = tuple(name for name in DEFAULT_OUTPUTS if name in study.outputs) or study.outputs[:3]
-    plots = study.plots
     if isinstance(study.design, Optimisation):
         figure = charts.trade_off_figure(study.design, table, summary["trade_off"])
         yield "Trade-off", figure
-    if not plots and not isinstance(study.design, (Sobol, Optimisation)):
-        plots = tuple(Plot(x=variable.path, y=outputs) for variable in variables)
-    for plot in plots:
-        yield f"Over {plot.x}", charts.plot_figure(study, variables, table, plot)
+    for plot in plots_of(study):
+        by = f", by {plot.by}" if plot.by else ""
+        yield f"Over {plot.x}{by}", charts.plot_figure(study, table, plot)
     if isinstance(study.design, (Sobol, LatinHypercube)):
-        shown = dict.fromkeys([*(reference.output for reference in study.references), *outputs])
+        shown = dict.fromkeys(
+            [*(reference.output for reference in study.references), *main_outputs(study)]
+        )
         for name in (name for name in shown if name in study.outputs):
             figure = charts.distribution_figure(study, table, len(variables), name)
             yield f"Distribution of {name}", figure

@@ -163,11 +163,15 @@ class Reference(Section):
 
 
 class Plot(Section):
-    """Outputs over one column, a parameter or an output. In a study of several parameters the
-    other ones' first values select what is shown."""
+    """Outputs over one column, a parameter or an output.
+
+    by: a parameter of whose values each gets a curve. In a grid all further parameters keep their
+    first values.
+    """
 
     x: str
     y: tuple[Output, ...] = Field(min_length=1)
+    by: str | None = None
     logarithmic: bool = False
 
 
@@ -207,13 +211,15 @@ class Study(Section):
                         "add it to outputs",
                         at="outputs",
                     )
+        paths = {parameter.path for parameter in self.parameters}
         for index, plot in enumerate(self.plots):
-            columns = {*(parameter.path for parameter in self.parameters), *self.outputs}
             for column in (plot.x, *plot.y):
-                if column not in columns:
+                if column not in paths | set(self.outputs):
                     raise rig_fault(
                         f"{column!r} is neither a parameter nor among the outputs",
                         "correct it, or add it to outputs",
                         at=f"plots.{index}",
                     )
+            if plot.by is not None and plot.by not in paths:
+                raise rig_fault(f"{plot.by!r} is no parameter", "name one", at=f"plots.{index}.by")
         return self

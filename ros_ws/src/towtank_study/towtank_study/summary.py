@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from towtank_study.curves import course, curves, is_a_grid, plots_of
 from towtank_study.optimisation import feasible_rows, trade_off_rows
 from towtank_study.results import unit_of
 from towtank_study.sensitivity import independent_rows, sobol_indices
@@ -25,9 +26,9 @@ def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> d
     (path, unit, base, range); outputs, by name: unit, least and greatest value with the sample of
     each, median, and for random designs band_95 (2.5 and 97.5 percentiles); for Sobol designs
     sensitivity, by output: blocks, and by parameter first, first_confidence, total,
-    total_confidence (half-widths of 95 % intervals); for one parameter trends, by output; for
-    optimisations feasible (number) and trade_off: sample, parameters and outputs of the designs
-    that no other one beats in every objective.
+    total_confidence (half-widths of 95 % intervals); curves, of the plots of a grid: x, y, by and
+    its value, and what `curves.course` says; for optimisations feasible (number) and trade_off:
+    sample, parameters and outputs of the designs that no other one beats in every objective.
     """
     errors = [error for error in table["error"].to_pylist() if error is not None]
     summary: dict[str, Any] = {
@@ -55,6 +56,14 @@ def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> d
             name: _sensitivity(study.design, variables, column(table, name))
             for name in study.outputs
         }
+    summary["curves"] = [
+        {"x": plot.x, "y": name, "by": plot.by, "value": curve.label} | found
+        for plot in plots_of(study)
+        if not pa.types.is_string(table[plot.x].type) and is_a_grid(study)
+        for curve in curves(study, table, plot)
+        for name in plot.y
+        if (found := course(column(table, plot.x)[curve.rows], column(table, name)[curve.rows]))
+    ]
     if isinstance(study.design, Optimisation):
         summary["feasible"] = int(feasible_rows(study.design, table).sum())
         summary["trade_off"] = [
@@ -65,11 +74,6 @@ def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> d
             }
             for row in trade_off_rows(study.design, table)
         ]
-    if len(variables) == 1 and pa.types.is_floating(table[variables[0].path].type):
-        summary["trends"] = {
-            name: trend(column(table, variables[0].path), column(table, name))
-            for name in study.outputs
-        }
     return summary
 
 
@@ -109,31 +113,5 @@ def _sensitivity(
         "parameters": {
             variable.path: {name: float(getattr(indices, name)[place]) for name in names}
             for place, variable in enumerate(variables)
-        },
-    }
-
-
-def trend(x: NDArray[np.float64], y: NDArray[np.float64]) -> dict[str, Any] | None:
-    """Return how y goes with x: `course` is rising, falling, or not monotonic; its ends, and the
-    places of its least and greatest values. None without two finite values."""
-    order = np.argsort(x, kind="stable")
-    order = order[np.isfinite(y[order])]
-    x, y = x[order], y[order]
-    if len(y) < 2:
-        return None
-    steps = np.diff(y)
-    course = (
-        "rising" if np.all(steps >= 0) else "falling" if np.all(steps <= 0) else "not monotonic"
-    )
-    return {
-        "course": course,
-        **{
-            key: {"at": float(x[place]), "value": float(y[place])}
-            for key, place in (
-                ("first", 0),
-                ("last", -1),
-                ("least", int(np.argmin(y))),
-                ("greatest", int(np.argmax(y))),
-            )
         },
     }
