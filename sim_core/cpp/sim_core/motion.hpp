@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Laws of motion for prescribed points (tow points).
+// Laws of motion for prescribed points (tow points): what they have in common. Each family has a file.
 #pragma once
 
+#include <initializer_list>
+#include <memory>
 #include <vector>
 
 #include "types.hpp"
@@ -32,75 +34,21 @@ struct Ramp {
 };
 Ramp ramp(double time, double duration);
 
-/// Straight tow at constant velocity from `position` at time 0, after a run-up from rest if `run_up_time` > 0.
-class SteadyTow : public Motion {
+/// Several motions at once: the sum of their positions, velocities and accelerations. One says where the point is, the
+/// others what comes on top (heave on a turn).
+class MotionSum : public Motion {
   public:
-    SteadyTow(const Vec3& position, const Vec3& velocity, double run_up_time);
+    explicit MotionSum(std::vector<std::shared_ptr<const Motion>> parts);
     MotionSample at(double time) const override;
 
   private:
-    Vec3 position_;
-    Vec3 velocity_;
-    double run_up_time_;
+    std::vector<std::shared_ptr<const Motion>> parts_;
 };
 
-/// Straight tow with a heave A sin(2π t / T + phase) that fades in over `ramp_time`.
-class Sinusoid : public Motion {
-  public:
-    Sinusoid(const Vec3& mean, const Vec3& velocity, double amplitude, double period, double phase,
-             double ramp_time, double run_up_time);
-    MotionSample at(double time) const override;
+/// Throws InvalidInput naming the law unless all values are finite.
+void require_finite(const char* law, std::initializer_list<double> values);
 
-  private:
-    SteadyTow tow_;
-    double amplitude_;
-    double rate_;
-    double phase_;
-    double ramp_time_;
-};
-
-/// Straight tow with the heave of a slider crank: −r cos θ + l (1 − √(1 − (r/l)² sin²θ)), θ the crank angle.
-/// The crank speeds up from rest within `ramp_time`, starting at θ = phase.
-class SliderCrank : public Motion {
-  public:
-    SliderCrank(const Vec3& mean, const Vec3& velocity, double crank_radius, double rod_length, double period,
-                double phase, double ramp_time, double run_up_time);
-    MotionSample at(double time) const override;
-
-  private:
-    SteadyTow tow_;
-    double crank_radius_;
-    double rod_length_;
-    double rate_;
-    double phase_;
-    double ramp_time_;
-};
-
-/// Cubic Hermite interpolation of samples of position and velocity; constant velocity outside them.
-class TimeSeries : public Motion {
-  public:
-    /// Throws InvalidInput unless times increase and all three have the same length.
-    TimeSeries(std::vector<double> time, std::vector<Vec3> position, std::vector<Vec3> velocity);
-    MotionSample at(double time) const override;
-
-  private:
-    std::vector<double> time_;
-    std::vector<Vec3> position_;
-    std::vector<Vec3> velocity_;
-};
-
-/// One cubic between two samples of position and velocity.
-class HermiteSegment : public Motion {
-  public:
-    HermiteSegment(double start_time, const Vec3& start_position, const Vec3& start_velocity, double end_time,
-                   const Vec3& end_position, const Vec3& end_velocity);
-    MotionSample at(double time) const override;
-
-  private:
-    double start_time_;
-    double duration_;
-    Vec3 position_[2];
-    Vec3 velocity_[2];
-};
+/// Throws InvalidInput saying `what` unless it holds.
+void require(bool holds, const char* what);
 
 }  // namespace sim_core

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "time_series.hpp"
 
 namespace sim_core {
 

@@ -12,6 +12,7 @@
 #include "error.hpp"
 #include "newton.hpp"
 #include "simulator.hpp"
+#include "straight_run.hpp"
 
 namespace sim_core {
 

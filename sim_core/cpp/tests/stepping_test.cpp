@@ -12,6 +12,7 @@
 
 #include "sim_core/box.hpp"
 #include "sim_core/generalized_alpha.hpp"
+#include "sim_core/heave.hpp"
 #include "sim_core/simulator.hpp"
 #include "sim_core/statics.hpp"
 

@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <numbers>
+
 #include "conversions.hpp"
+#include "sim_core/heave.hpp"
+#include "sim_core/straight_run.hpp"
+#include "sim_core/time_series.hpp"
+#include "sim_core/turn.hpp"
 
 namespace sim_core::python {
 
@@ -12,7 +18,18 @@ void bind_motion(nb::module_& module) {
         .def_prop_ro("acceleration", [](const MotionSample& s) { return s.acceleration; }, "(3,) m/s²");
 
     nb::class_<Motion>(module, "Motion", "A law of motion for a prescribed point, evaluated inside each step.")
-        .def("__call__", &Motion::at, "time"_a, "The motion at a time in s.");
+        .def("__call__", &Motion::at, "time"_a, "The motion at a time in s.")
+        .def(
+            "__add__",
+            [](std::shared_ptr<const Motion> a, std::shared_ptr<const Motion> b) {
+                return std::make_unique<MotionSum>(std::vector{std::move(a), std::move(b)});
+            },
+            "other"_a, nb::sig("def __add__(self, other: Motion, /) -> MotionSum"),
+            "Both at once: positions, velocities and accelerations are added.");
+
+    nb::class_<MotionSum, Motion>(module, "MotionSum", R"(Several motions at once, made by adding laws.
+
+turn + Sinusoid(mean=(0, 0, 0), amplitude=0.5, period=8) heaves on a turn.)");
 
     nb::class_<SteadyTow, Motion>(module, "SteadyTow", R"(Straight tow at constant velocity.
 
@@ -24,6 +41,47 @@ position: (3,) m at time 0; velocity: (3,) m/s; run_up_time: s, speeds up from r
                 new (self) SteadyTow(to_vec3(position), to_vec3(velocity), run_up_time);
             },
             nb::kw_only(), "position"_a, "velocity"_a = Triple{}, "run_up_time"_a = 0.0);
+
+    nb::class_<EmergencyStop, Motion>(module, "EmergencyStop", R"(Straight tow that ends in a stop.
+
+position: (3,) m at time 0; velocity: (3,) m/s; stop_time: s, when the ship begins to slow down. Either stopping_time in s
+(0: it is held suddenly) or stopping_distance in m says how it comes to rest, along the same smooth law as a start;
+the distance is half of what it would go at speed in that time. run_up_time: s, as in SteadyTow.)")
+        .def(
+            "__init__",
+            [](EmergencyStop* self, const Triple& position, const Triple& velocity, double stop_time,
+               std::optional<double> stopping_time, std::optional<double> stopping_distance, double run_up_time) {
+                if (stopping_time.has_value() == stopping_distance.has_value()) {
+                    throw InvalidInput("emergency stop: give either stopping_time or stopping_distance");
+                }
+                const Vec3 v = to_vec3(velocity);
+                const double time = stopping_time ? *stopping_time : 2.0 * *stopping_distance / v.norm();
+                new (self) EmergencyStop(to_vec3(position), v, stop_time, time, run_up_time);
+            },
+            nb::kw_only(), "position"_a, "velocity"_a, "stop_time"_a, "stopping_time"_a = nb::none(),
+            "stopping_distance"_a = nb::none(), "run_up_time"_a = 0.0);
+
+    nb::class_<Turn, Motion>(module, "Turn", R"(Straight, turn, straight, at constant speed.
+
+position: (3,) m at time 0; velocity: (3,) m/s, level; start_time: s; angle: rad, how far the heading changes, positive to
+port (counterclockwise seen from above), 2π and more for circles. Either radius in m, or circle_time in s for one full
+circle at the full rate of turn. entry_time: s, in which the rate of turn rises smoothly, and falls again at the end;
+the ship turns by as much longer, so that the angle is exact. run_up_time: s, as in SteadyTow.
+Raises InvalidInput if the angle is reached before the full rate of turn.)")
+        .def(
+            "__init__",
+            [](Turn* self, const Triple& position, const Triple& velocity, double start_time, double angle,
+               std::optional<double> radius, std::optional<double> circle_time, double entry_time,
+               double run_up_time) {
+                if (radius.has_value() == circle_time.has_value()) {
+                    throw InvalidInput("turn: give either radius or circle_time");
+                }
+                const Vec3 v = to_vec3(velocity);
+                const double r = radius ? *radius : v.norm() * *circle_time / (2.0 * std::numbers::pi);
+                new (self) Turn(to_vec3(position), v, start_time, r, angle, entry_time, run_up_time);
+            },
+            nb::kw_only(), "position"_a, "velocity"_a, "start_time"_a, "angle"_a, "radius"_a = nb::none(),
+            "circle_time"_a = nb::none(), "entry_time"_a = 0.0, "run_up_time"_a = 0.0);
 
     nb::class_<Sinusoid, Motion>(module, "Sinusoid", R"(Straight tow with the heave A sin(2π t / period + phase).
 
