@@ -10,6 +10,7 @@ namespace sim_core {
 /// energy, also where a line snaps taut; it remembers no acceleration from the step before.
 class BackwardEuler : public SingleSolve {
   public:
+    double end_share() const override { return 1.0; }
     Rates rates(double h) const override { return {1.0, 1.0 / h, 1.0 / (h * h)}; }
     void predict(State& state, double h) const override;
     void correct(State& state, const std::vector<Vec3>& displacement, double factor, double h) const override;

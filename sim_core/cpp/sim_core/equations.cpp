@@ -195,6 +195,19 @@ double Equations::residual_norm(int& where) const {
     return std::sqrt(largest);
 }
 
+double Equations::largest_displacement(const std::vector<Vec3>& displacement, int& where) const {
+    double largest = 0.0;
+    where = 0;
+    for (std::size_t i = 0; i < displacement.size(); ++i) {
+        const double size = displacement[i].squaredNorm() * block_length_[i] * block_length_[i];
+        if (!(size <= largest)) {  // also true for NaN
+            largest = size;
+            where = static_cast<int>(i);
+        }
+    }
+    return std::sqrt(largest);
+}
+
 double Equations::displacement_norm(const std::vector<Vec3>& displacement) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < displacement.size(); ++i) {

@@ -31,8 +31,14 @@ class Equations {
     /// Per block: force in tank axes (N), or moment about the body's origin in body axes (N·m).
     const std::vector<Vec3>& residual() const { return residual_; }
 
+    /// Sum of the forces of segments, springs and points on a site, N, tank axes; inertia included.
+    const Vec3& site_force(int site) const { return site_force_[site]; }
+
     /// Largest residual, N; moments are divided by half the body's length. `where` gets its block.
     double residual_norm(int& where) const;
+
+    /// Largest block of a displacement, m; rotations count with half the body's length. `where` gets its block.
+    double largest_displacement(const std::vector<Vec3>& displacement, int& where) const;
 
     /// Root mean square over blocks, m; rotations count with half the body's length.
     double displacement_norm(const std::vector<Vec3>& displacement) const;

@@ -13,6 +13,9 @@ class ForwardEuler : public SingleSolve {
   public:
     /// An unstable step makes lines snap: implicit Euler there would hide it.
     bool damps_snaps() const override { return false; }
+    double end_share() const override { return 0.0; }
+    /// Its step follows from stability, of which the estimate knows nothing.
+    bool adaptive() const override { return false; }
     Rates rates(double) const override { return {0.0, 0.0, 1.0}; }
     void predict(State& state, double h) const override;
     void correct(State& state, const std::vector<Vec3>& acceleration, double factor, double h) const override;

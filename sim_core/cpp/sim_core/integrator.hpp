@@ -41,6 +41,12 @@ class Integrator {
     virtual int substeps() const = 0;
     virtual Substep substep(int index) const = 0;
 
+    /// The share of the end's forces in the impulse of a step, the rest is the start's.
+    virtual double end_share() const { return 0.5; }
+
+    /// Whether the simulator may choose the step by an estimate of its error (see StepControl).
+    virtual bool adaptive() const { return true; }
+
     /// Whether the simulator may take a step with implicit Euler instead when a line snaps (see Simulator).
     virtual bool damps_snaps() const { return true; }
 };

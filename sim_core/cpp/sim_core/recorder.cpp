@@ -22,6 +22,10 @@ void append(Recording& recording, const Simulator& simulator) {
         const Quat& q = body.attitude;
         recording.attitude.insert(recording.attitude.end(), {q.w(), q.x(), q.y(), q.z()});
     }
+    if (simulator.balance()) {
+        recording.energy.push_back(simulator.balance()->energy());
+        recording.momentum.push_back(simulator.balance()->momentum());
+    }
     for (std::size_t i = 0; i < simulator.model().segments.size(); ++i) {
         recording.tension.push_back(simulator.tension(static_cast<int>(i)));
     }

@@ -15,6 +15,8 @@ struct Recording {
     std::vector<double> position, velocity, acceleration;
     std::vector<double> attitude;      ///< samples × bodies × 4: w, x, y, z
     std::vector<double> tension;       ///< samples × segments, N
+    std::vector<EnergyBalance> energy;      ///< samples, if the simulator counts balances; else empty
+    std::vector<MomentumBalance> momentum;  ///< likewise
 };
 
 /// Steps to `t_end` and records at the present time and every `output_step` after it (the last sample is at t_end).

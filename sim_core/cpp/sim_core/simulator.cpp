@@ -11,12 +11,13 @@
 namespace sim_core {
 
 Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integrator, double max_step,
-                     const NewtonSettings& newton)
+                     const NewtonSettings& newton, const std::optional<StepControl>& control)
     : state_(state),
       backup_(state),
       integrator_(std::move(integrator)),
       max_step_(max_step),
       newton_(newton),
+      control_(control),
       equations_(state.model),
       work_(state.model->blocks()),
       start_tension_(state.model->segments.size()),
@@ -24,6 +25,13 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
     if (!(max_step > 0.0) || !std::isfinite(max_step)) throw InvalidInput("max_step must be above 0 s");
     if (!(newton.tolerance > 0.0)) throw InvalidInput("newton_tolerance must be above 0");
     if (newton.max_iterations < 1) throw InvalidInput("max_iterations must be at least 1");
+    if (control_) {
+        if (!(control_->tolerance > 0.0)) throw InvalidInput("error_tolerance must be above 0 m");
+        if (!(control_->min_step > 0.0 && control_->min_step <= max_step)) {
+            throw InvalidInput("min_step must lie between 0 and max_step");
+        }
+        if (!integrator_->adaptive()) throw InvalidInput("error_tolerance needs an implicit integrator");
+    }
     state_.rebase_attitudes();
     state_.follow_bodies();
     if (!state_.accelerations_known) solve_accelerations();
@@ -106,52 +114,100 @@ void Simulator::step(double t_end, const Motions& motions) {
     constexpr int kMostHalvings = 12;
     const double span = t_end - state_.time;
     if (span == 0.0) return;
-    const double full_step = span / std::max(1.0, std::ceil(span / max_step_ * (1.0 - 1e-12)));
-    double h = full_step;
+    const double full_step = control_ ? max_step_ : span / std::max(1.0, std::ceil(span / max_step_ * (1.0 - 1e-12)));
+    const double smallest_step = control_ ? control_->min_step : std::ldexp(full_step, -kMostHalvings);
+    double h = control_ && state_.next_step > 0.0 ? std::min(full_step, state_.next_step) : full_step;
     int halvings = 0;
     while (state_.time < t_end) {
         const double remaining = t_end - state_.time;
         const bool last = remaining <= h * (1.0 + 1e-9);
-        const double size = last ? remaining : h;
+        // Two equal steps at the end rather than a whole one and a remnant
+        const double size = last ? remaining : control_ && remaining < 2.0 * h ? 0.5 * remaining : h;
         const double next_time = last ? t_end : state_.time + size;
         backup_ = state_;
         remember_tensions();
-        NewtonResult result = attempt(state_.damped_steps > 0 ? damped_integrator_ : *integrator_, size, next_time,
-                                      motions);
+        bool damped = state_.damped_steps > 0;
+        NewtonResult result = attempt(damped ? damped_integrator_ : *integrator_, size, next_time, motions);
         const bool snap = result.converged && integrator_->damps_snaps() && snapped();
-        if (snap && backup_.damped_steps == 0) {
+        if (snap && !damped) {
+            damped = true;
             state_ = backup_;
             result = attempt(damped_integrator_, size, next_time, motions);
         }
         if (result.converged) {
-            state_.rebase_attitudes();
-            state_.time = next_time;
-            state_.last_step = size;
-            ++statistics_.steps;
-            if (snap) {
-                ++statistics_.snaps;
-                state_.damped_steps = 2;
-            } else if (state_.damped_steps > 0) {
-                --state_.damped_steps;
+            // The estimate means nothing in an impact, whose acceleration the step does not resolve.
+            const double ratio = control_ && !damped ? step_error(size) / control_->tolerance : 0.0;
+            if (ratio <= 1.0) {
+                const double end_share = damped ? damped_integrator_.end_share() : integrator_->end_share();
+                accept(size, next_time, damped, snap, end_share);
+                if (control_ && !damped) {
+                    const double growth = 0.9 * std::pow(std::max(ratio, 1e-4), -0.7 / 3.0) *
+                                          std::pow(std::max(state_.error_ratio, 1e-4), 0.4 / 3.0);
+                    // A step cut short to end at t_end is no reason to go on with shorter ones.
+                    const double least = size < h ? h : smallest_step;
+                    h = std::clamp(size * std::clamp(growth, 0.3, 2.0), least, full_step);
+                    state_.error_ratio = ratio;
+                } else if (!control_ && halvings > 0) {  // carefully back to the full step
+                    --halvings;
+                    h = std::min(full_step, 2.0 * h);
+                }
+                state_.next_step = control_ ? h : 0.0;
+                continue;
             }
-            if (halvings > 0) {  // carefully back to the full step
-                --halvings;
-                h = std::min(full_step, 2.0 * h);
+            ++statistics_.rejections;
+            h = size * std::clamp(0.9 * std::pow(ratio, -1.0 / 3.0), 0.2, 0.9);
+            if (h < smallest_step) {
+                std::ostringstream message;
+                message << "the error of a step of " << size << " s is " << ratio * control_->tolerance << " m at t = "
+                        << next_time << " s, worst at " << model().describe_block(worst_error_block_)
+                        << "; give a larger error_tolerance or a smaller min_step";
+                state_ = backup_;
+                equations_.evaluate(state_);
+                throw ConvergenceError(message.str());
             }
-            continue;
+        } else {
+            ++statistics_.halvings;
+            ++halvings;
+            h = 0.5 * size;
         }
         state_ = backup_;
         equations_.evaluate(state_);
-        ++statistics_.halvings;
-        if (++halvings > kMostHalvings) {
+        if (h < smallest_step * (1.0 - 1e-9)) {
             std::ostringstream message;
             message << "no solution at " << model().describe_block(result.worst_block) << " at t = " << next_time
                     << " s (residual " << result.residual << " N with a step of " << size
                     << " s); check the input there or give a smaller max_step";
             throw ConvergenceError(message.str());
         }
-        h = 0.5 * size;
     }
+}
+
+void Simulator::accept(double size, double next_time, bool damped, bool snap, double end_share) {
+    state_.time = next_time;
+    if (balance_) balance_->add_step(backup_, state_, equations_, end_share, damped);
+    state_.rebase_attitudes();
+    state_.last_step = size;
+    ++statistics_.steps;
+    if (snap) {
+        ++statistics_.snaps;
+        state_.damped_steps = 2;
+    } else if (state_.damped_steps > 0) {
+        --state_.damped_steps;
+    }
+}
+
+double Simulator::step_error(double h) {
+    for (int block = 0; block < model().blocks(); ++block) {
+        const int i = state_.entry_of_block(block);
+        work_.displacement[block] = state_.position[i] - backup_.position[i] - h * backup_.velocity[i] -
+                                    (h * h / 6.0) * (2.0 * backup_.acceleration[i] + state_.acceleration[i]);
+    }
+    return equations_.largest_displacement(work_.displacement, worst_error_block_);
+}
+
+void Simulator::start_balance() {
+    balance_.emplace(model());
+    balance_->begin(equations_, state_);
 }
 
 void Simulator::step_to(double t_end, const Vec3& position, const Vec3& velocity) {
@@ -174,6 +230,7 @@ void Simulator::step_to(double t_end, const Vec3& position, const Vec3& velocity
 void Simulator::restore(const std::string& bytes) {
     state_.restore(bytes);
     equations_.evaluate(state_);
+    if (balance_) balance_->begin(equations_, state_);
 }
 
 }  // namespace sim_core

@@ -11,12 +11,14 @@ namespace sim_core {
 
 namespace {
 
-constexpr std::uint64_t kFormat = 0x316d697377746f74ULL;  // "totwsim1"
+constexpr std::uint64_t kFormat = 0x326d697377746f74ULL;  // "totwsim2"
 
 template <class Visit>
 void visit_numbers(State& state, Visit visit) {
     visit(&state.time, 1);
     visit(&state.last_step, 1);
+    visit(&state.next_step, 1);
+    visit(&state.error_ratio, 1);
     for (auto* array : {&state.position, &state.velocity, &state.acceleration, &state.auxiliary}) {
         for (Vec3& value : *array) visit(value.data(), 3);
     }

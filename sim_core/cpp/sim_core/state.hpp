@@ -23,6 +23,8 @@ struct State {
     std::shared_ptr<const Model> model;
     double time = 0.0;       ///< s
     double last_step = 0.0;  ///< s, the size of the step that led here; 0 at a start
+    double next_step = 0.0;   ///< s, what the step control proposes; 0 if it has not chosen yet
+    double error_ratio = 1.0; ///< of the last step's error to the tolerance, the memory of the step control
     int damped_steps = 0;    ///< so many steps follow with implicit Euler because a line has snapped (see Simulator)
     /// False after positions or velocities were set by hand: the simulator then first solves for
     /// the accelerations.

@@ -27,12 +27,16 @@ def run(
     integrator: Integrator | None = None,
     max_step: float = 0.005,
     newton_tolerance: float | None = None,
+    error_tolerance: float | None = None,
+    balance: bool = False,
 ) -> Result:
     """Simulate until ``t_end`` (s) and record every ``output_step`` (s).
 
     ``motion`` is the law of the prescribed point, or a mapping with one law for each. Without a
     ``state`` the run starts at time 0 from the steady tow at the laws' position and horizontal
     velocity there.
+    With an ``error_tolerance`` (m, of a step at the worst node) steps are chosen by their error, up
+    to ``max_step`` (s). With ``balance`` the result says where energy and momentum went.
     Raises ConvergenceError (place and time) and InvalidInput.
     """
     if state is None:
@@ -42,8 +46,11 @@ def run(
         state,
         integrator=integrator,
         max_step=max_step,
+        error_tolerance=error_tolerance,
         **({} if newton_tolerance is None else {"newton_tolerance": newton_tolerance}),  # type: ignore[arg-type]
     )
+    if balance:
+        simulator.start_balance()
     laws = motion if isinstance(motion, Motion) else dict(motion)
     arrays = _record_run(simulator, laws, t_end, output_step)
     points, bodies, lines = histories(model, arrays)
@@ -56,7 +63,10 @@ def run(
         steps=simulator.steps,
         newton_iterations=simulator.newton_iterations,
         halvings=simulator.halvings,
+        rejections=simulator.rejections,
         snaps=simulator.snaps,
+        energy=arrays.get("energy", {}),
+        momentum=arrays.get("momentum", {}),
     )
 
 

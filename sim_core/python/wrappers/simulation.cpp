@@ -80,10 +80,78 @@ void bind_readers(Class& cls, Get get) {
     }, "body"_a, "(4,) w, x, y, z of the unit quaternion body axes → tank axes.");
 }
 
+const Balance& counted(const Simulator& simulator) {
+    if (!simulator.balance()) throw InvalidInput("nothing was counted: call start_balance() first");
+    return *simulator.balance();
+}
+
+template <class Sums, class Value>
+struct Form {
+    const char* name;
+    Value Sums::*value;
+    const char* doc;
+};
+
+constexpr Form<EnergyBalance, double> kEnergyForms[] = {
+    {"kinetic", &EnergyBalance::kinetic, "Change of the kinetic energy of the system's own mass, J."},
+    {"potential", &EnergyBalance::potential, "Change of the potential energy of weight, J."},
+    {"elastic", &EnergyBalance::elastic, "Change of the elastic energy of tension and bending, J."},
+    {"tow_points", &EnergyBalance::tow_points, "Work of the forces that move the prescribed points, J."},
+    {"buoyancy", &EnergyBalance::buoyancy, "Work of buoyancy, in waves of their pressure too, J."},
+    {"added_mass", &EnergyBalance::added_mass, "Work of the reaction of the accelerated water, J."},
+    {"drag", &EnergyBalance::drag, "Work of drag and lift; of bodies, of the Munk moment too, J."},
+    {"damping", &EnergyBalance::damping, "Work of structural damping, J."},
+    {"other", &EnergyBalance::other, "Work of all other forces, J."},
+    {"impact", &EnergyBalance::impact, "Lost in steps with implicit Euler after a line snapped: an inelastic impact, J."},
+    {"numerical", &EnergyBalance::numerical, "What the integration in time makes or loses: the remainder, J."},
+    {"exchanged", &EnergyBalance::exchanged, "Passed from one form to another in all, the measure for the remainder, J."},
+};
+
+constexpr Form<MomentumBalance, Vec3> kMomentumForms[] = {
+    {"change", &MomentumBalance::change, "(3,) N·s, change of the momentum of the system's own mass."},
+    {"tow_points", &MomentumBalance::tow_points, "(3,) N·s, impulse of the forces that move the prescribed points."},
+    {"weight", &MomentumBalance::weight, "(3,) N·s"},
+    {"buoyancy", &MomentumBalance::buoyancy, "(3,) N·s"},
+    {"added_mass", &MomentumBalance::added_mass, "(3,) N·s"},
+    {"drag", &MomentumBalance::drag, "(3,) N·s"},
+    {"other", &MomentumBalance::other, "(3,) N·s"},
+    {"numerical", &MomentumBalance::numerical, "(3,) N·s, the remainder."},
+};
+
 nb::object array(std::vector<double> values, std::initializer_list<std::size_t> shape) {
     auto* owned = new std::vector<double>(std::move(values));
     nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
     return nb::cast(nb::ndarray<nb::numpy, double>(owned->data(), shape, owner));
+}
+
+/// One array over the samples for each form.
+template <class Sums, class Value, std::size_t count>
+nb::dict balance_arrays(const std::vector<Sums>& samples, const Form<Sums, Value> (&forms)[count]) {
+    nb::dict arrays;
+    for (const auto& form : forms) {
+        std::vector<double> values;
+        for (const Sums& sample : samples) {
+            if constexpr (std::is_same_v<Value, double>) {
+                values.push_back(sample.*form.value);
+            } else {
+                const Vec3& vector = sample.*form.value;
+                values.insert(values.end(), vector.data(), vector.data() + 3);
+            }
+        }
+        if constexpr (std::is_same_v<Value, double>) {
+            arrays[form.name] = array(std::move(values), {samples.size()});
+        } else {
+            arrays[form.name] = array(std::move(values), {samples.size(), 3});
+        }
+    }
+    return arrays;
+}
+
+template <class Class, class Forms>
+void bind_forms(Class& cls, const Forms& forms) {
+    for (const auto& form : forms) {
+        cls.def_prop_ro(form.name, [value = form.value](const typename Class::Type& s) { return s.*value; }, form.doc);
+    }
 }
 
 /// The state after a displacement of its unknowns as the Newton iteration makes it.
@@ -229,11 +297,23 @@ Second order, damps nothing; what the step does not resolve alternates from step
         .def_prop_ro("total", [](const Energy& e) { return e.kinetic + e.gravity + e.elastic + e.bending; }, "J");
     module.def("energy", &energy, "state"_a, "Mechanical energy of a state.");
 
+    nb::class_<EnergyBalance> energy_balance(module, "EnergyBalance", R"(Where energy went, J.
+
+kinetic + potential + elastic = tow_points + buoyancy + added_mass + drag + damping + other + impact + numerical: what
+is stored changes by the work done on the system.)");
+    bind_forms(energy_balance, kEnergyForms);
+    nb::class_<MomentumBalance> momentum_balance(module, "MomentumBalance", R"(Where momentum went, N·s in tank axes.
+
+change = tow_points + weight + buoyancy + added_mass + drag + other + numerical.)");
+    bind_forms(momentum_balance, kMomentumForms);
+
     nb::class_<Simulator> simulator(module, "Simulator", R"(Advances one state in time.
 
 integrator: GeneralizedAlpha(rho_inf=0.8) by default; max_step: s, the largest step; newton_tolerance: largest residual relative to the weight in air of the system;
 max_iterations: Newton iterations before a step is halved. Each step that cannot be solved is halved, down to
 max_step/4096, then ConvergenceError is raised and the state stays at the last good instant.
+error_tolerance: m; with it steps are chosen by their estimated error of displacement at the worst node (rotations count
+with half the body's length), from min_step (s, by default max_step/10000) to max_step; not for ForwardEuler.
 A step in which a line snaps taut or slack (with a jump in tension above its weight in air) is taken with implicit
 Euler, and the two after it: an impact without rebound (not with ForwardEuler, whose instability it would hide).
 The GIL is released while stepping; use each simulator from one thread at a time.)");
@@ -241,13 +321,17 @@ The GIL is released while stepping; use each simulator from one thread at a time
         .def(
             "__init__",
             [](Simulator* self, const SharedModel& model, const State& state, std::shared_ptr<Integrator> integrator,
-               double max_step, double newton_tolerance, int max_iterations) {
+               double max_step, double newton_tolerance, int max_iterations, std::optional<double> error_tolerance,
+               std::optional<double> min_step) {
                 if (state.model != model.model) throw InvalidInput("the state belongs to another model");
                 if (!integrator) integrator = std::make_shared<GeneralizedAlpha>();
-                new (self) Simulator(state, std::move(integrator), max_step, {max_iterations, newton_tolerance});
+                std::optional<StepControl> control;
+                if (error_tolerance) control = {*error_tolerance, min_step.value_or(1e-4 * max_step)};
+                new (self) Simulator(state, std::move(integrator), max_step, {max_iterations, newton_tolerance}, control);
             },
             "model"_a, "state"_a, nb::kw_only(), "integrator"_a = nb::none(), "max_step"_a = 0.005,
-            "newton_tolerance"_a = NewtonSettings{}.tolerance, "max_iterations"_a = NewtonSettings{}.max_iterations)
+            "newton_tolerance"_a = NewtonSettings{}.tolerance, "max_iterations"_a = NewtonSettings{}.max_iterations,
+            "error_tolerance"_a = nb::none(), "min_step"_a = nb::none())
         .def(
             "step",
             [](Simulator& s, double t_end, const MotionArgument& motion) {
@@ -289,12 +373,22 @@ The GIL is released while stepping; use each simulator from one thread at a time
             "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.")
         .def("copy", [](const Simulator& s) { return std::make_unique<Simulator>(s); },
              "An independent simulator at the same state.")
+        .def("start_balance", &Simulator::start_balance,
+             "Count energy and momentum from now on: see energy_balance and momentum_balance.")
+        .def_prop_ro(
+            "energy_balance", [](const Simulator& s) { return counted(s).energy(); },
+            "Where energy went since start_balance().")
+        .def_prop_ro(
+            "momentum_balance", [](const Simulator& s) { return counted(s).momentum(); },
+            "Where momentum went since start_balance().")
         .def_prop_ro("max_step", &Simulator::max_step, "s")
         .def_prop_ro("steps", [](const Simulator& s) { return s.statistics().steps; }, "Accepted integrator steps.")
         .def_prop_ro("newton_iterations", [](const Simulator& s) { return s.statistics().newton_iterations; },
                      "Newton iterations in all steps so far.")
         .def_prop_ro("halvings", [](const Simulator& s) { return s.statistics().halvings; },
                      "How often a step had to be repeated with half the size.")
+        .def_prop_ro("rejections", [](const Simulator& s) { return s.statistics().rejections; },
+                     "How often a step was repeated because its estimated error was above error_tolerance.")
         .def_prop_ro("snaps", [](const Simulator& s) { return s.statistics().snaps; },
                      "Steps in which a line snapped taut or slack.");
     bind_readers(simulator, [](const Simulator& s) -> const State& { return s.state(); });
@@ -332,6 +426,10 @@ The GIL is released while stepping; use each simulator from one thread at a time
             arrays["velocity"] = array(std::move(r.velocity), {samples, entries, 3});
             arrays["acceleration"] = array(std::move(r.acceleration), {samples, entries, 3});
             arrays["attitude"] = array(std::move(r.attitude), {samples, model.bodies.size(), 4});
+            if (!r.energy.empty()) {
+                arrays["energy"] = balance_arrays(r.energy, kEnergyForms);
+                arrays["momentum"] = balance_arrays(r.momentum, kMomentumForms);
+            }
             arrays["tension"] = array(std::move(r.tension), {samples, model.segments.size()});
             return arrays;
         },
