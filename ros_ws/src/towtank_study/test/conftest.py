@@ -13,6 +13,7 @@ import pytest
 sys.path.append(str(Path(__file__).parent))  # the tests share small_study
 
 from small_study import SMALL
+from towtank_study.loading import read_document
 from towtank_study.running import PlannedStudy, plan_study
 
 
@@ -28,7 +29,7 @@ def plan(tmp_path: Path, rigs: Path) -> Callable[[str], PlannedStudy]:
     def plan_text(text: str = SMALL) -> PlannedStudy:
         path = tmp_path / "study.yaml"
         path.write_text(text)
-        return plan_study(path, lambda name: rigs / f"{name}.yaml")
+        return plan_study(read_document(path), lambda name: rigs / f"{name}.yaml")
 
     return plan_text
 

@@ -7,7 +7,7 @@ import pytest
 from small_study import SMALL
 from towtank_study.designs import samples
 from towtank_study.errors import StudyError
-from towtank_study.loading import load_study
+from towtank_study.loading import read_document
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_a_plot_needs_columns_that_are_there(plan):
 
 def test_no_such_file(tmp_path):
     with pytest.raises(StudyError, match=r"none.yaml: No such file.*check the path"):
-        load_study(tmp_path / "none.yaml")
+        read_document(tmp_path / "none.yaml")
 
 
 def test_the_readmes_study(plan):

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 from towtank_rig import RigError
 from towtank_rig.document import Document, keys
@@ -14,7 +15,18 @@ from towtank_rig.document import Document, keys
 from towtank_study.errors import StudyError
 from towtank_study.study import Study
 
-_DESIGNS = "one_at_a_time, full_factorial, latin_hypercube, sobol"
+_KINDS = (
+    "one_at_a_time",
+    "full_factorial",
+    "latin_hypercube",
+    "sobol",
+    "optimisation",
+    "turn",
+    "stop",
+)
+"""Tags of the unions in study files."""
+
+Schema = TypeVar("Schema", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -34,8 +46,8 @@ class StudyFile:
         return StudyError(f"{self.document.source}:{line}: {where}: {what}; {mend}")
 
 
-def load_study(path: str | Path) -> StudyFile:
-    """Read a study file; StudyError if it cannot be read, is not YAML, or breaks the schema."""
+def read_document(path: str | Path) -> Document:
+    """Read a YAML file; StudyError if it cannot be read or is not YAML."""
     try:
         text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
@@ -44,17 +56,26 @@ def load_study(path: str | Path) -> StudyFile:
         raise StudyError(
             f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8"
         ) from None
-    return parse_study(text, str(path))
+    return _document(text, str(path))
+
+
+def _document(text: str, source: str) -> Document:
+    try:
+        return Document(text, source)
+    except RigError as error:
+        raise StudyError(str(error)) from None
 
 
 def parse_study(text: str, source: str = "<text>") -> StudyFile:
     """Make a study from YAML text; `source` names it in errors. StudyError for its first fault."""
+    document = _document(text, source)
+    return StudyFile(validate(document, Study), document)
+
+
+def validate(document: Document, schema: type[Schema]) -> Schema:
+    """Return what a document holds; StudyError for its first fault."""
     try:
-        document = Document(text, source)
-    except RigError as error:
-        raise StudyError(str(error)) from None
-    try:
-        study = Study.model_validate(document.data)
+        return schema.model_validate(document.data)
     except ValidationError as error:
         # A misspelt key is also a missing one: the misspelling comes first. A list whose items have
         # faults is also too short.
@@ -64,15 +85,13 @@ def parse_study(text: str, source: str = "<text>") -> StudyFile:
             for details in error.errors()
         ]
         raise StudyError(min(faults)[-1]) from None
-    return StudyFile(study, document)
 
 
 def _fault(details: ErrorDetails, document: Document) -> tuple[int, str]:
     """Return line and text of a fault."""
     context = details.get("ctx", {})
-    kinds = _DESIGNS.split(", ")
     # pydantic puts the tag of a union and the names of its variants into the path.
-    location = [key for key in details["loc"] if key not in kinds and not _is_variant(key)]
+    location = [key for key in details["loc"] if key not in _KINDS and not _is_variant(key)]
     location += keys(str(context.get("at", "")))
     line = document.line(location)
     where = ".".join(map(str, location))
@@ -94,7 +113,8 @@ def _what_and_mend(details: ErrorDetails, where: str) -> str:
         case "extra_forbidden":
             return "unknown key; remove it or correct its name"
         case "union_tag_not_found" | "union_tag_invalid":
-            return f"no such design; give kind: one of {_DESIGNS}"
+            expected = context.get("expected_tags", "those in the README")
+            return f"no such kind; give kind: one of {expected}"
         case "literal_error":
             return f"{details['input']!r} is not accepted; use one of {context['expected']}"
         case "model_type" | "model_attributes_type" | "dict_type":

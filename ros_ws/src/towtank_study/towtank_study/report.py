@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import jinja2
@@ -30,6 +30,11 @@ def report_html(
     if histories is not None:
         paths = [variable.path for variable in variables]
         figures += charts.history_figures(paths, table, histories)
+    return page_html("report.html.j2", figures, study=study, summary=summary)
+
+
+def page_html(template: str, figures: Iterable[tuple[str, Figure]], **values: object) -> str:
+    """Fill a template that builds on page.html.j2, with `charts` made of headings and figures."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("towtank_study"),
         autoescape=True,
@@ -37,14 +42,12 @@ def report_html(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("report.html.j2").render(
-        study=study,
-        summary=summary,
-        charts=[
-            (heading, _chart_html(f"chart-{number}", figure))
-            for number, (heading, figure) in enumerate(figures)
-        ],
-        plotly_js=get_plotlyjs(),
+    charts = [
+        (heading, _chart_html(f"chart-{number}", figure))
+        for number, (heading, figure) in enumerate(figures)
+    ]
+    return environment.get_template(template).render(
+        charts=charts, plotly_js=get_plotlyjs(), **values
     )
 
 

@@ -44,6 +44,13 @@ def results_table(
         },
         "error": ("", pa.array([outcome.error for outcome in outcomes], pa.string())),
     }
+    return table_with_units(columns, metadata)
+
+
+def table_with_units(
+    columns: Mapping[str, tuple[str, pa.Array]], metadata: Mapping[str, str]
+) -> pa.Table:
+    """Return a table of columns, each with its unit (`1` for plain numbers, empty for text)."""
     schema = pa.schema(
         [
             pa.field(name, array.type, metadata={"unit": unit} if unit else None)

@@ -23,6 +23,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import sim_core._core as core
 from towtank_rig import Rig, load_rig
+from towtank_rig.document import Document
 
 from towtank_study.designs import Sample, batches, most_samples
 from towtank_study.errors import StudyError
@@ -30,9 +31,10 @@ from towtank_study.evaluation import Outcome, TowEvaluation
 from towtank_study.execution import evaluate_all
 from towtank_study.histories import TowHistory, histories_table
 from towtank_study.journal import Journal
-from towtank_study.loading import StudyFile, load_study
+from towtank_study.loading import StudyFile, validate
 from towtank_study.report import report_html
 from towtank_study.results import read_metadata, results_table, software_text, write_parquet
+from towtank_study.study import Study
 from towtank_study.summary import summarise
 from towtank_study.variables import Variable, variables
 
@@ -73,13 +75,13 @@ class PlannedStudy:
         }
 
 
-def plan_study(path: str | Path, find_rig: Callable[[str], Path]) -> PlannedStudy:
-    """Read a study and its rig. find_rig: gives the path of a rig that comes with the project.
+def plan_study(document: Document, find_rig: Callable[[str], Path]) -> PlannedStudy:
+    """Make a study and find its rig. find_rig: gives the path of a rig that comes with the project.
 
     Raises StudyError and RigError.
     """
-    file = load_study(path)
-    beside = Path(path).parent / file.study.rig
+    file = StudyFile(validate(document, Study), document)
+    beside = Path(document.source).parent / file.study.rig
     rig = load_rig(beside if beside.is_file() else find_rig(file.study.rig))
     if file.study.changes:
         rig = rig.replace(file.study.changes)

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from pathlib import Path
 
@@ -15,11 +16,16 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from towtank_rig import RigError
+from towtank_rig.document import Document
 from towtank_study.errors import StudyError
 from towtank_study.execution import dask_cluster, local_pool
-from towtank_study.running import REPORT, PlannedStudy, plan_study, run_study
+from towtank_study.loading import read_document
+from towtank_study.manoeuvre_running import plan_manoeuvre, run_manoeuvre
+from towtank_study.running import REPORT, plan_study, run_study
 
 from towtank_bringup.rigs import rig_path
+
+StartExecutor = Callable[[], contextlib.AbstractContextManager[tuple[Executor, int]]]
 
 
 @click.command(name="sweep")
@@ -42,16 +48,39 @@ def command(
     if workers and scheduler:
         raise click.UsageError("--workers and --scheduler exclude each other: give one")
     try:
-        planned = plan_study(study, rig_path)
-        directory = out or Path("sweeps") / f"{planned.file.study.name}-{planned.fingerprint[:8]}"
-        with _executor(workers, scheduler) as (executor, parallel), _bar(planned) as bar:
-            summary = run_study(planned, directory, executor, parallel, bar)
+        document = read_document(study)
+        run = _manoeuvre if "manoeuvre" in document.data else _parameter_study
+        run(document, out, as_json, lambda: _executor(workers, scheduler))
     except (StudyError, RigError) as error:
         raise click.ClickException(str(error)) from error
+
+
+def _parameter_study(
+    document: Document, out: Path | None, as_json: bool, start_executor: StartExecutor
+) -> None:
+    planned = plan_study(document, rig_path)
+    name = planned.file.study.name
+    directory = out or Path("sweeps") / f"{name}-{planned.fingerprint[:8]}"
+    with start_executor() as (executor, parallel), _bar(name, planned.most_samples) as bar:
+        summary = run_study(planned, directory, executor, parallel, bar)
     if as_json:
         click.echo(json.dumps(summary, indent=2))
     else:
         _print_summary(summary, directory)
+
+
+def _manoeuvre(
+    document: Document, out: Path | None, as_json: bool, start_executor: StartExecutor
+) -> None:
+    planned = plan_manoeuvre(document)
+    name = planned.study.name
+    directory = out or Path("sweeps") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
+    with start_executor() as (executor, parallel), _bar(name, len(planned.cases)) as bar:
+        summary = run_manoeuvre(planned, directory, executor, parallel, bar)
+    if as_json:
+        click.echo(json.dumps(summary, indent=2))
+    else:
+        _print_figures(summary, directory)
 
 
 @contextlib.contextmanager
@@ -66,7 +95,7 @@ def _executor(workers: int | None, scheduler: str | None) -> Iterator[tuple[Exec
 
 
 @contextlib.contextmanager
-def _bar(planned: PlannedStudy) -> Iterator:
+def _bar(name: str, total: int) -> Iterator:
     """A progress bar on standard error, to be told how many of how many samples are done."""
     columns = (
         TextColumn("{task.description}"),
@@ -75,7 +104,7 @@ def _bar(planned: PlannedStudy) -> Iterator:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True)) as progress:
-        task = progress.add_task(planned.file.study.name, total=planned.most_samples)
+        task = progress.add_task(name, total=total)
         yield lambda done, total: progress.update(task, completed=done, total=total)
 
 
@@ -100,6 +129,19 @@ def _print_summary(summary: dict, directory: Path) -> None:
             f"{summary['failed']} samples could not be solved, {count} of them: {reason}",
             soft_wrap=True,
         )
+    console.print(f"report: {directory / REPORT}", soft_wrap=True)
+
+
+def _print_figures(summary: dict, directory: Path) -> None:
+    console = Console()
+    table = Table(title=summary["study"])
+    table.add_column("")
+    for case in summary["cases"]:
+        table.add_column(case, justify="right")
+    for figure, unit in summary["units"].items():
+        values = [case["figures"][figure] for case in summary["cases"].values()]
+        table.add_row(f"{figure}, {unit}", *map(_number, values))
+    console.print(table)
     console.print(f"report: {directory / REPORT}", soft_wrap=True)
 
 
