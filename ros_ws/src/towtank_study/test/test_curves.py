@@ -35,7 +35,12 @@ def test_other_parameters_keep_their_first_value():
 
 @pytest.mark.parametrize(
     ("y", "kind"),
-    [([1, 2, 2], "rising"), ([3, 2, 1], "falling"), ([1, 3, 2], "not monotonic")],
+    [
+        ([1, 2, 2], "rising"),
+        ([3, 2, 1], "falling"),
+        ([2, 2, 2], "constant"),
+        ([1, 3, 2], "not monotonic"),
+    ],
 )
 def test_course(y, kind):
     found = course(np.array([1.0, 2.0, 4.0]), np.array(y, dtype=float))

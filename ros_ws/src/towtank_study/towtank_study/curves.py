@@ -75,15 +75,21 @@ def _are_numbers(values: Sequence[object]) -> bool:
 def course(x: NDArray[np.float64], y: NDArray[np.float64]) -> dict[str, Any] | None:
     """Return how y goes with rising x, of which NaN are left out.
 
-    course: rising, falling, or not monotonic; first, last, least, greatest: `at` (x) and `value`
-    (y). None with fewer than two values.
+    course: rising, falling, constant, or not monotonic; first, last, least, greatest: `at` (x) and
+    `value` (y). None with fewer than two values.
     """
     found = np.isfinite(x) & np.isfinite(y)
     x, y = x[found], y[found]
     if len(y) < 2:
         return None
     steps = np.diff(y)
-    kind = "rising" if np.all(steps >= 0) else "falling" if np.all(steps <= 0) else "not monotonic"
+    kind = "not monotonic"
+    if not steps.any():
+        kind = "constant"
+    elif np.all(steps >= 0):
+        kind = "rising"
+    elif np.all(steps <= 0):
+        kind = "falling"
     places = {"first": 0, "last": -1, "least": int(np.argmin(y)), "greatest": int(np.argmax(y))}
     return {
         "course": kind,
