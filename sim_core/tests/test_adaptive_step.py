@@ -136,7 +136,7 @@ def test_continues_bit_for_bit(nit_model):
 def test_says_where_no_step_is_small_enough(nit_model):
     model, state, motion = sudden_stop(nit_model)
     simulator = sc.Simulator(model, state, max_step=0.1, error_tolerance=1e-9, min_step=0.02)
-    with pytest.raises(sc.ConvergenceError, match=r"worst at .* give a larger error_tolerance"):
+    with pytest.raises(sc.ConvergenceError, match=r"worst at .* give a larger tolerance"):
         simulator.step(5.0, motion)
     assert 0 <= simulator.time < 5.0
 

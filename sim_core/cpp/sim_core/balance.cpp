@@ -8,6 +8,19 @@
 
 namespace sim_core {
 
+namespace {
+
+constexpr double EnergyBalance::*kStoredForms[] = {&EnergyBalance::kinetic, &EnergyBalance::potential,
+                                                   &EnergyBalance::elastic};
+constexpr double EnergyBalance::*kWorkForms[] = {&EnergyBalance::tow_points, &EnergyBalance::buoyancy,
+                                                 &EnergyBalance::added_mass, &EnergyBalance::drag,
+                                                 &EnergyBalance::damping,    &EnergyBalance::other};
+constexpr Vec3 MomentumBalance::*kMomentumForms[] = {
+    &MomentumBalance::change,     &MomentumBalance::tow_points, &MomentumBalance::weight, &MomentumBalance::buoyancy,
+    &MomentumBalance::added_mass, &MomentumBalance::drag,       &MomentumBalance::other,  &MomentumBalance::numerical};
+
+}  // namespace
+
 Balance::Balance(const Model& model)
     : start_forces_(model),
       end_forces_(model),
@@ -26,8 +39,8 @@ void Balance::begin(const Equations& equations, const State& state) {
     momentum_ = {};
 }
 
-void Balance::add_step(const State& start, const State& end, const Equations& equations, double end_share,
-                       bool impact) {
+const EnergyBalance& Balance::measure_step(const State& start, const State& end, const Equations& equations,
+                                           double end_share, bool impact) {
     const Model& m = *end.model;
     measure(equations, end);
     end_share_ = end_share;
@@ -41,46 +54,47 @@ void Balance::add_step(const State& start, const State& end, const Equations& eq
         tow_work += force.dot(displacement_[m.free_sites + i]);
         tow_impulse += step_ * force;
     }
-    const double changes[3] = {end_.kinetic - start_.kinetic, end_.potential - start_.potential,
-                               end_.elastic - start_.elastic};
-    const double works[6] = {tow_work,
-                             work(ForceKind::buoyancy),
-                             work(ForceKind::added_mass),
-                             work(ForceKind::drag),
-                             work(ForceKind::damping),
-                             work(ForceKind::other)};
-    double* const change_sums[3] = {&energy_.kinetic, &energy_.potential, &energy_.elastic};
-    double* const work_sums[6] = {&energy_.tow_points, &energy_.buoyancy, &energy_.added_mass,
-                                  &energy_.drag,       &energy_.damping,  &energy_.other};
+    EnergyBalance& e = step_energy_;
+    e = {};
+    e.kinetic = end_.kinetic - start_.kinetic;
+    e.potential = end_.potential - start_.potential;
+    e.elastic = end_.elastic - start_.elastic;
+    e.tow_points = tow_work;
+    e.buoyancy = work(ForceKind::buoyancy);
+    e.added_mass = work(ForceKind::added_mass);
+    e.drag = work(ForceKind::drag);
+    e.damping = work(ForceKind::damping);
+    e.other = work(ForceKind::other);
     double remainder = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        *change_sums[i] += changes[i];
-        energy_.exchanged += 0.5 * std::abs(changes[i]);
-        remainder += changes[i];
+    for (const auto change : kStoredForms) {
+        remainder += e.*change;
+        e.exchanged += 0.5 * std::abs(e.*change);
     }
-    for (int i = 0; i < 6; ++i) {
-        *work_sums[i] += works[i];
-        energy_.exchanged += 0.5 * std::abs(works[i]);
-        remainder -= works[i];
+    for (const auto done : kWorkForms) {
+        remainder -= e.*done;
+        e.exchanged += 0.5 * std::abs(e.*done);
     }
-    (impact ? energy_.impact : energy_.numerical) += remainder;
+    (impact ? e.impact : e.numerical) = remainder;
 
-    const Vec3 impulses[6] = {tow_impulse,
-                              impulse(ForceKind::weight, end),
-                              impulse(ForceKind::buoyancy, end),
-                              impulse(ForceKind::added_mass, end),
-                              impulse(ForceKind::drag, end),
-                              impulse(ForceKind::other, end)};
-    Vec3* const impulse_sums[6] = {&momentum_.tow_points, &momentum_.weight, &momentum_.buoyancy,
-                                   &momentum_.added_mass, &momentum_.drag,   &momentum_.other};
-    const Vec3 change = end_.momentum - start_.momentum;
-    momentum_.change += change;
-    momentum_.numerical += change;
-    for (int i = 0; i < 6; ++i) {
-        *impulse_sums[i] += impulses[i];
-        momentum_.numerical -= impulses[i];
-    }
+    MomentumBalance& p = step_momentum_;
+    p.change = end_.momentum - start_.momentum;
+    p.tow_points = tow_impulse;
+    p.weight = impulse(ForceKind::weight, end);
+    p.buoyancy = impulse(ForceKind::buoyancy, end);
+    p.added_mass = impulse(ForceKind::added_mass, end);
+    p.drag = impulse(ForceKind::drag, end);
+    p.other = impulse(ForceKind::other, end);
+    p.numerical = p.change - p.tow_points - p.weight - p.buoyancy - p.added_mass - p.drag - p.other;
+    return e;
+}
 
+void Balance::add_step() {
+    for (const auto form : kStoredForms) energy_.*form += step_energy_.*form;
+    for (const auto form : kWorkForms) energy_.*form += step_energy_.*form;
+    for (const auto form : {&EnergyBalance::impact, &EnergyBalance::numerical, &EnergyBalance::exchanged}) {
+        energy_.*form += step_energy_.*form;
+    }
+    for (const auto form : kMomentumForms) momentum_.*form += step_momentum_.*form;
     std::swap(start_forces_, end_forces_);
     std::swap(start_tow_, end_tow_);
     start_ = end_;

@@ -51,8 +51,12 @@ class Balance {
     /// Starts from nought. `equations` must have been evaluated at `state`.
     void begin(const Equations& equations, const State& state);
 
-    /// Adds a step, before the attitudes are rebased; `equations` must have been evaluated at its end.
-    void add_step(const State& start, const State& end, const Equations& equations, double end_share, bool impact);
+    /// The balance of a step alone, before the attitudes are rebased; `equations` must have been evaluated at its end.
+    const EnergyBalance& measure_step(const State& start, const State& end, const Equations& equations,
+                                      double end_share, bool impact);
+
+    /// Adds the step measured last. One that is not taken is measured and not added.
+    void add_step();
 
     const EnergyBalance& energy() const { return energy_; }
     const MomentumBalance& momentum() const { return momentum_; }
@@ -71,6 +75,8 @@ class Balance {
     ForcesByKind start_forces_, end_forces_;
     std::vector<Vec3> start_tow_, end_tow_;  ///< forces on the prescribed points, N
     Stored start_, end_;
+    EnergyBalance step_energy_;
+    MomentumBalance step_momentum_;
     std::vector<Vec3> displacement_;         ///< per entry, m and rad
     double end_share_ = 0.5;
     double step_ = 0.0;                      ///< s

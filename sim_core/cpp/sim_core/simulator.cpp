@@ -10,14 +10,22 @@
 
 namespace sim_core {
 
+namespace {
+
+constexpr int kDampedSteps = 2;  ///< that follow a snap
+
+}  // namespace
+
 Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integrator, double max_step,
-                     const NewtonSettings& newton, const std::optional<StepControl>& control)
+                     const NewtonSettings& newton, const std::optional<StepControl>& control,
+                     const std::optional<EnergyWatch>& watch)
     : state_(state),
       backup_(state),
       integrator_(std::move(integrator)),
       max_step_(max_step),
       newton_(newton),
       control_(control),
+      watch_(watch),
       equations_(state.model),
       work_(state.model->blocks()),
       start_tension_(state.model->segments.size()),
@@ -36,6 +44,10 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
     state_.follow_bodies();
     if (!state_.accelerations_known) solve_accelerations();
     equations_.evaluate(state_);
+    if (watch_) {
+        if (!(watch_->tolerance > 0.0)) throw InvalidInput("energy_tolerance must be above 0");
+        start_balance();
+    }
 }
 
 void Simulator::solve_accelerations() {
@@ -137,9 +149,17 @@ void Simulator::step(double t_end, const Motions& motions) {
         if (result.converged) {
             // The estimate means nothing in an impact, whose acceleration the step does not resolve.
             const double ratio = control_ && !damped ? step_error(size) / control_->tolerance : 0.0;
-            if (ratio <= 1.0) {
+            state_.time = next_time;
+            const EnergyBalance* energy = nullptr;
+            if (balance_ && ratio <= 1.0) {
                 const double end_share = damped ? damped_integrator_.end_share() : integrator_->end_share();
-                accept(size, next_time, damped, snap, end_share);
+                // The step in which a line comes taut only takes it to its length; what moves is stopped in the next.
+                const bool impact = snap || backup_.damped_steps == kDampedSteps;
+                energy = &balance_->measure_step(backup_, state_, equations_, end_share, impact);
+            }
+            const bool balanced = !watch_ || !energy || keeps_balance(*energy);
+            if (ratio <= 1.0 && balanced) {
+                accept(size, snap);
                 if (control_ && !damped) {
                     const double growth = 0.9 * std::pow(std::max(ratio, 1e-4), -0.7 / 3.0) *
                                           std::pow(std::max(state_.error_ratio, 1e-4), 0.4 / 3.0);
@@ -155,12 +175,24 @@ void Simulator::step(double t_end, const Motions& motions) {
                 continue;
             }
             ++statistics_.rejections;
-            h = size * std::clamp(0.9 * std::pow(ratio, -1.0 / 3.0), 0.2, 0.9);
-            if (h < smallest_step) {
+            if (balanced) {
+                h = size * std::clamp(0.9 * std::pow(ratio, -1.0 / 3.0), 0.2, 0.9);
+            } else {
+                h = 0.5 * size;
+                ++halvings;
+            }
+            if (h < smallest_step * (1.0 - 1e-9)) {
                 std::ostringstream message;
-                message << "the error of a step of " << size << " s is " << ratio * control_->tolerance << " m at t = "
-                        << next_time << " s, worst at " << model().describe_block(worst_error_block_)
-                        << "; give a larger error_tolerance or a smaller min_step";
+                if (balanced) {
+                    message << "the error of a step of " << size << " s is " << ratio * control_->tolerance << " m";
+                } else {
+                    step_error(size);
+                    message << "the energy balance is off by " << balance_->energy().numerical + energy->numerical
+                            << " J of " << balance_->energy().exchanged + energy->exchanged << " J with a step of "
+                            << size << " s";
+                }
+                message << " at t = " << next_time << " s, worst at " << model().describe_block(worst_error_block_)
+                        << "; give a larger tolerance or a smaller step";
                 state_ = backup_;
                 equations_.evaluate(state_);
                 throw ConvergenceError(message.str());
@@ -182,15 +214,21 @@ void Simulator::step(double t_end, const Motions& motions) {
     }
 }
 
-void Simulator::accept(double size, double next_time, bool damped, bool snap, double end_share) {
-    state_.time = next_time;
-    if (balance_) balance_->add_step(backup_, state_, equations_, end_share, damped);
+bool Simulator::keeps_balance(const EnergyBalance& step) const {
+    const EnergyBalance& before = balance_->energy();
+    const double rounding = 1e-9 * model().force_scale;
+    return std::abs(step.numerical) <= watch_->tolerance * step.exchanged + rounding ||
+           std::abs(before.numerical + step.numerical) <= watch_->tolerance * (before.exchanged + step.exchanged);
+}
+
+void Simulator::accept(double size, bool snap) {
+    if (balance_) balance_->add_step();
     state_.rebase_attitudes();
     state_.last_step = size;
     ++statistics_.steps;
     if (snap) {
         ++statistics_.snaps;
-        state_.damped_steps = 2;
+        state_.damped_steps = kDampedSteps;
     } else if (state_.damped_steps > 0) {
         --state_.damped_steps;
     }

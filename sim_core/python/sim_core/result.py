@@ -135,7 +135,7 @@ class Result:
     steps: int  #: accepted integrator steps
     newton_iterations: int
     halvings: int  #: steps repeated with half the size
-    rejections: int  #: steps repeated because their error was above the tolerance
+    rejections: int  #: steps repeated because their error was above a tolerance
     snaps: int  #: steps in which a line snapped taut or slack
     energy: Mapping[str, Array]  #: (samples,) J of each form of EnergyBalance, if asked for
     momentum: Mapping[str, Array]  #: (samples, 3) N·s of each form of MomentumBalance, if asked for

@@ -28,6 +28,7 @@ def run(
     max_step: float = 0.005,
     newton_tolerance: float | None = None,
     error_tolerance: float | None = None,
+    energy_tolerance: float | None = None,
     balance: bool = False,
 ) -> Result:
     """Simulate until ``t_end`` (s) and record every ``output_step`` (s).
@@ -36,7 +37,9 @@ def run(
     ``state`` the run starts at time 0 from the steady tow at the laws' position and horizontal
     velocity there.
     With an ``error_tolerance`` (m, of a step at the worst node) steps are chosen by their error, up
-    to ``max_step`` (s). With ``balance`` the result says where energy and momentum went.
+    to ``max_step`` (s). With ``balance`` the result says where energy and momentum went; with an
+    ``energy_tolerance`` (0.01: 1 %) it is kept within that share of the energy exchanged, or the
+    run stops.
     Raises ConvergenceError (place and time) and InvalidInput.
     """
     if state is None:
@@ -47,6 +50,7 @@ def run(
         integrator=integrator,
         max_step=max_step,
         error_tolerance=error_tolerance,
+        energy_tolerance=energy_tolerance,
         **({} if newton_tolerance is None else {"newton_tolerance": newton_tolerance}),  # type: ignore[arg-type]
     )
     if balance:

@@ -314,6 +314,8 @@ max_iterations: Newton iterations before a step is halved. Each step that cannot
 max_step/4096, then ConvergenceError is raised and the state stays at the last good instant.
 error_tolerance: m; with it steps are chosen by their estimated error of displacement at the worst node (rotations count
 with half the body's length), from min_step (s, by default max_step/10000) to max_step; not for ForwardEuler.
+energy_tolerance: with it the balance of energy is counted and watched: a step that would bring its remainder above this
+share of all energy exchanged is halved, and where that does not help ConvergenceError is raised.
 A step in which a line snaps taut or slack (with a jump in tension above its weight in air) is taken with implicit
 Euler, and the two after it: an impact without rebound (not with ForwardEuler, whose instability it would hide).
 The GIL is released while stepping; use each simulator from one thread at a time.)");
@@ -322,16 +324,17 @@ The GIL is released while stepping; use each simulator from one thread at a time
             "__init__",
             [](Simulator* self, const SharedModel& model, const State& state, std::shared_ptr<Integrator> integrator,
                double max_step, double newton_tolerance, int max_iterations, std::optional<double> error_tolerance,
-               std::optional<double> min_step) {
+               std::optional<double> min_step, std::optional<double> energy_tolerance) {
                 if (state.model != model.model) throw InvalidInput("the state belongs to another model");
                 if (!integrator) integrator = std::make_shared<GeneralizedAlpha>();
                 std::optional<StepControl> control;
                 if (error_tolerance) control = {*error_tolerance, min_step.value_or(1e-4 * max_step)};
-                new (self) Simulator(state, std::move(integrator), max_step, {max_iterations, newton_tolerance}, control);
+                new (self) Simulator(state, std::move(integrator), max_step, {max_iterations, newton_tolerance}, control,
+                                     energy_tolerance ? std::optional(EnergyWatch{*energy_tolerance}) : std::nullopt);
             },
             "model"_a, "state"_a, nb::kw_only(), "integrator"_a = nb::none(), "max_step"_a = 0.005,
             "newton_tolerance"_a = NewtonSettings{}.tolerance, "max_iterations"_a = NewtonSettings{}.max_iterations,
-            "error_tolerance"_a = nb::none(), "min_step"_a = nb::none())
+            "error_tolerance"_a = nb::none(), "min_step"_a = nb::none(), "energy_tolerance"_a = nb::none())
         .def(
             "step",
             [](Simulator& s, double t_end, const MotionArgument& motion) {
@@ -388,7 +391,7 @@ The GIL is released while stepping; use each simulator from one thread at a time
         .def_prop_ro("halvings", [](const Simulator& s) { return s.statistics().halvings; },
                      "How often a step had to be repeated with half the size.")
         .def_prop_ro("rejections", [](const Simulator& s) { return s.statistics().rejections; },
-                     "How often a step was repeated because its estimated error was above error_tolerance.")
+                     "How often a step was repeated because of its error_tolerance or energy_tolerance.")
         .def_prop_ro("snaps", [](const Simulator& s) { return s.statistics().snaps; },
                      "Steps in which a line snapped taut or slack.");
     bind_readers(simulator, [](const Simulator& s) -> const State& { return s.state(); });
