@@ -29,7 +29,7 @@ def rig_file(name: str) -> Path:
 
 @pytest.mark.parametrize("path", STUDIES, ids=[path.stem for path in STUDIES])
 def test_samples_are_possible_rigs(path):
-    planned = plan_study(path, rig_file)
+    planned = plan_study(read_document(path), rig_file)
     assert planned.file.study.name == path.stem
     if isinstance(planned.file.study.design, Optimisation):
         return  # its samples are found on the way
@@ -45,7 +45,8 @@ def test_samples_are_possible_rigs(path):
     ],
 )
 def test_the_sensitivity_studies_leave_no_assumption_out(study, rig):
-    parameters = plan_study(ROOT / "studies" / f"{study}.yaml", rig_file).file.study.parameters
+    path = ROOT / "studies" / f"{study}.yaml"
+    parameters = plan_study(read_document(path), rig_file).file.study.parameters
     varied = {path for parameter in parameters for path in parameter.paths}
     assumed = {
         path
