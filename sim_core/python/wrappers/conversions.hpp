@@ -106,6 +106,7 @@ std::vector<Value> per_prescribed_point(const Model& model,
     return values;
 }
 
+void bind_sea(nb::module_& module);
 void bind_water(nb::module_& module);
 void bind_lines(nb::module_& module);
 void bind_bodies(nb::module_& module);

@@ -101,7 +101,9 @@ void bind_value(nb::handle cls) {
 }  // namespace
 
 void bind_values(nb::module_& module) {
-    for (const char* name : {"Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body"}) bind_value(module.attr(name));
+    for (const char* name : {"Sea", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body"}) {
+        bind_value(module.attr(name));
+    }
 }
 
 }  // namespace sim_core::python
