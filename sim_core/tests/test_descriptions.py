@@ -22,6 +22,7 @@ FISH = sc.Body(
 )  # fmt: skip
 TOW = sc.System(
     water=sc.Water(density=1025.0),
+    tank=sc.Tank(floor=-4.0, stiffness=1e4),
     points={"tow_point": sc.PrescribedPoint(), "depressor": sc.FreePoint(mass=6.2, volume=7e-4)},
     bodies={"fish": FISH},
     lines={
@@ -33,6 +34,11 @@ TOW = sc.System(
 )
 PARTS = [
     sc.Water(density=1025.0, current=(0.1, 0, 0)),
+    sc.Water(
+        current=sc.Current(series=[(0.0, (0.1, 0, 0)), (1.0, (0.2, 0, 0))]),
+        waves=sc.regular_waves(height=0.1, period=1.5, depth=3.0),
+    ),
+    sc.Tank(floor=-3.0, width=2.0, ends=(0.0, 80.0), stiffness=1e4),
     CABLE,
     FIN,
     FISH.downwash[0],
@@ -138,6 +144,7 @@ def test_wrong_paths_are_named(path, message):
 
 def test_builds_the_model_that_the_builder_makes():
     b = sc.ModelBuilder(sc.Water(density=1025.0))
+    b.set_tank(sc.Tank(floor=-4.0, stiffness=1e4))
     b.add_prescribed_point("tow_point")
     b.add_free_point("depressor", mass=6.2, volume=7e-4)
     b.add_body("fish", FISH)

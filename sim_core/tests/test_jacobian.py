@@ -39,12 +39,47 @@ def full_added_mass():
     return scale @ turn @ np.diag([0.5, 0.7, 0.9, 1.0, 1.2, 1.5]) @ turn.T @ scale
 
 
-@pytest.fixture(scope="module")
-def soft_model():
+def moving_water():
+    """Current that varies over depth and time, and steep waves from several sides."""
+    current = sc.Current(
+        profile=[(0.5, (0.3, 0, 0)), (-0.4, (0.1, 0.1, 0)), (-2.0, (-0.1, 0, 0))],
+        series=[(-1.0, (0, 0, 0)), (1.0, (0.4, -0.3, 0.1))],
+    )
+    sea = sc.Sea(
+        amplitude=[0.05, 0.03],
+        frequency=[3.0, 5.0],
+        direction=[0.5, -1.0],
+        phase=[0.2, 1.0],
+        depth=4,
+    )
+    return sc.Water(current=current, waves=sea)
+
+
+def narrow_tank():
+    """So soft and smooth that the random states touch all around."""
+    return sc.Tank(
+        floor=-0.8, width=0.5, ends=(-0.5, 0.4), stiffness=50.0, damping=0.3, friction=0.4,
+        onset=0.1, sliding_speed=0.5,
+    )  # fmt: skip
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        (sc.Water(current=(0.2, -0.1, 0.05)), None),
+        (moving_water(), None),
+        (sc.Water(), narrow_tank()),
+    ],
+    ids=["uniform", "moving water", "tank"],
+)
+def soft_model(request):
     """All terms in one system of soft lines, so that rounding of large axial forces hides
-    nothing: current, damping, drag per axis, a weathervane, immersion, fins, Munk moment, added
-    mass, a bridle (closed loop)."""
-    b = sc.ModelBuilder(sc.Water(current=(0.2, -0.1, 0.05)))
+    nothing: moving water, damping, drag per axis, a weathervane, immersion, fins, Munk moment,
+    added mass, a bridle (closed loop)."""
+    water, tank = request.param
+    b = sc.ModelBuilder(water)
+    if tank:
+        b.set_tank(tank)
     b.add_prescribed_point("top")
     b.add_free_point("junction", mass=0.2, drag_area=(1e-3, 2e-3, 3e-3), added_mass=(0.1, 0.2, 0.3))
     b.add_weathervane(
@@ -94,7 +129,7 @@ def soft_model():
 
 
 @settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
     height=st.floats(-0.5, 1.5),

@@ -20,7 +20,9 @@ def test_dispersion(frequency, depth):
 def test_dispersion_has_its_limits():
     assert sc.wave_number(2.0) == pytest.approx(4.0 / 9.81, rel=1e-15)  # deep
     # Long waves run at √(g d); the next term of the series is (kd)²/6 of that, here 4e-9.
-    assert sc.wave_number(1e-3, depth=0.25) == pytest.approx(1e-3 / math.sqrt(9.81 * 0.25), rel=1e-8)
+    assert sc.wave_number(1e-3, depth=0.25) == pytest.approx(
+        1e-3 / math.sqrt(9.81 * 0.25), rel=1e-8
+    )
 
 
 def test_regular_waves_run_where_they_should():
@@ -79,7 +81,9 @@ def test_variance_in_time_is_that_of_the_spectrum():
 
 def test_the_seed_makes_the_sea():
     def sea(**changes):
-        return sc.jonswap_sea(**({"significant_height": 1.0, "peak_period": 5.0, "seed": 1} | changes))
+        return sc.jonswap_sea(
+            **({"significant_height": 1.0, "peak_period": 5.0, "seed": 1} | changes)
+        )
 
     assert sea() == sea()
     assert sea() != sea(seed=2)
@@ -90,7 +94,12 @@ def test_the_seed_makes_the_sea():
 
 def test_spreading():
     sea = sc.jonswap_sea(
-        significant_height=1.0, peak_period=5.0, direction=0.4, spreading=4.0, components=2000, seed=5
+        significant_height=1.0,
+        peak_period=5.0,
+        direction=0.4,
+        spreading=4.0,
+        components=2000,
+        seed=5,
     )
     off = np.array(sea.direction) - 0.4
     assert np.abs(off).max() <= math.pi / 2

@@ -14,7 +14,7 @@ namespace {
 
 /// Force and moment in body axes with their derivatives with respect to everything they depend on, each a
 /// 3×3 block: relative velocity, angular velocity, acceleration, angular acceleration (all body axes), turning of
-/// the body at fixed tank-axes vectors, and height of the origin.
+/// the body at fixed tank-axes vectors, and place of the origin (tank axes) for what varies with the place.
 struct WrenchWithDerivatives {
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
     Mat3 force_v = Mat3::Zero(), moment_v = Mat3::Zero();
@@ -22,7 +22,7 @@ struct WrenchWithDerivatives {
     Mat3 force_a = Mat3::Zero(), moment_a = Mat3::Zero();
     Mat3 force_alpha = Mat3::Zero(), moment_alpha = Mat3::Zero();
     Mat3 force_turn = Mat3::Zero(), moment_turn = Mat3::Zero();
-    Vec3 force_z = Vec3::Zero(), moment_z = Vec3::Zero();
+    Mat3 force_place = Mat3::Zero(), moment_place = Mat3::Zero();
 
     /// Adds the cross-flow drag k |u| u of a strip that acts at x and moves with the body's rotation as at `arm`.
     void add_cross_flow(double x, double arm, double k, double u_y, double u_z) {
@@ -57,14 +57,65 @@ struct WrenchWithDerivatives {
         }
     }
 
-    /// Adds a force that acts at r and scales with an immersed fraction; z is the height of r above the origin as
-    /// row of its derivative with respect to turning.
-    void add_wetted(const Vec3& at, const Vec3& f, double wet_z, const Vec3& z_turn) {
+    /// Adds the derivatives of a force that acts at r and scales with an immersed fraction, of which `wet_place` is the
+    /// derivative with respect to the place, and `wet_turn` that with respect to turning.
+    void add_wetted(const Vec3& at, const Vec3& f, const Vec3& wet_place, const Vec3& wet_turn) {
         const Vec3 m = at.cross(f);
-        force_z += wet_z * f;
-        moment_z += wet_z * m;
-        force_turn += wet_z * f * z_turn.transpose();
-        moment_turn += wet_z * m * z_turn.transpose();
+        force_place += f * wet_place.transpose();
+        moment_place += m * wet_place.transpose();
+        force_turn += f * wet_turn.transpose();
+        moment_turn += m * wet_turn.transpose();
+    }
+
+    /// Adds the derivatives of a force and moment that depend on a vector of which the derivatives are given.
+    void add_dependence(const Mat3& force_vector, const Mat3& moment_vector, const Mat3& place, const Mat3& turn) {
+        force_place += force_vector * place;
+        moment_place += moment_vector * place;
+        force_turn += force_vector * turn;
+        moment_turn += moment_vector * turn;
+    }
+};
+
+/// What the water does along a hull in the mean over its strips, and how its acceleration turns along it. What the
+/// added mass, the axial drag and a table see.
+struct WaterAlongHull {
+    WaterMotion mean;
+    Mat3 velocity_turn = Mat3::Zero(), acceleration_turn = Mat3::Zero();  // of the means, per turning of the body
+    /// Rate of the rotation that fits best to the water's accelerations across the hull, body axes; and its derivatives.
+    Vec3 spin_rate = Vec3::Zero();
+    Mat3 spin_rate_place = Mat3::Zero(), spin_rate_turn = Mat3::Zero();
+
+    explicit WaterAlongHull(const WaterMotion& everywhere) : mean(everywhere) {}
+
+    WaterAlongHull(const BodyForce& force, const std::vector<WaterMotion>& along, const Mat3& R) {
+        const int strips = force.body().strips;
+        const double share = 1.0 / strips;
+        Vec3 first = Vec3::Zero();  // moments of the accelerations and their gradients about the origin
+        Mat3 first_place = Mat3::Zero(), first_turn = Mat3::Zero();
+        double second = 0.0;
+        for (int i = 0; i < strips; ++i) {
+            const WaterMotion& local = along[i];
+            const Vec3 at = force.water_place(i);
+            const Mat3 place_turn = -R * skew(at);
+            mean.velocity += share * local.velocity;
+            mean.acceleration += share * local.acceleration;
+            mean.velocity_gradient += share * local.velocity_gradient;
+            mean.acceleration_gradient += share * local.acceleration_gradient;
+            const Mat3 acceleration_place = local.acceleration_gradient * place_turn;
+            velocity_turn += share * local.velocity_gradient * place_turn;
+            acceleration_turn += share * acceleration_place;
+            first += at.x() * local.acceleration;
+            first_place += at.x() * local.acceleration_gradient;
+            first_turn += at.x() * acceleration_place;
+            second += at.x() * at.x();
+        }
+        if (strips == 1) return;
+        const Mat3 Rt = R.transpose();
+        const Mat3 fit = skew(Vec3::UnitX()) / second;  // Σ x (e_x × a) / Σ x²
+        const Vec3 seen = Rt * first;
+        spin_rate = fit * seen;
+        spin_rate_place = fit * Rt * first_place;
+        spin_rate_turn = fit * (skew(seen) + Rt * first_turn);
     }
 };
 
@@ -125,7 +176,8 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
     for (const auto& [place, at] : body.places) require(at.allFinite(), "places must be finite");
     strip_length_ = body.length / body.strips;
     strip_drag_ = 0.5 * water.density * body.cross_flow_drag * body.diameter * strip_length_;
-    buoyancy_ = water.density * water.gravity * body.volume;
+    displaced_mass_ = water.density * body.volume;
+    buoyancy_ = water.gravity * displaced_mass_;
     axial_drag_ = 0.5 * water.density * body.axial_drag * 0.25 * std::numbers::pi * body.diameter * body.diameter;
 }
 
@@ -157,14 +209,20 @@ void BodyForce::turn_by_downwash(std::size_t rear, const Vec3& v, const Vec3& w,
     }
 }
 
-void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& force, Vec3& moment,
-                         BodyJacobian& jacobian) const {
+void BodyForce::evaluate(const Water& water, const std::vector<WaterMotion>& along, const BodyMotion& motion,
+                         Vec3& force, Vec3& moment, BodyJacobian& jacobian) const {
     const Mat3& R = motion.rotation;
     const Mat3 Rt = R.transpose();
     const Vec3& w = motion.angular_velocity;
     const Vec3& alpha = motion.angular_acceleration;
     const Vec3 a = Rt * motion.acceleration;
-    const Vec3 v = Rt * (motion.velocity - water.velocity_at(motion.position));  // through the water
+    const bool varies = !water.is_uniform_and_steady();
+    const WaterAlongHull hull_water = varies ? WaterAlongHull(*this, along, R) : WaterAlongHull(along[0]);
+    const WaterMotion& mean = hull_water.mean;
+    const Vec3 v = Rt * (motion.velocity - mean.velocity);  // through the water
+    const Vec3 water_a = Rt * mean.acceleration;
+    const Vec3 relative_a = a - water_a;
+    const Vec3 relative_alpha = alpha - hull_water.spin_rate;
     const Vec3 up = Rt.col(2);
     const Mat3 W = skew(w);
     WrenchWithDerivatives s;
@@ -188,34 +246,57 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     s.force_w = m * (skew(spin) + W * C);
     s.moment_w = skew(Iw) - W * body_.inertia;
 
-    // Strips along the hull: buoyancy and cross-flow drag with the local flow
+    // Strips along the hull: buoyancy, cross-flow drag, and the pull of accelerating water on what they displace
     const Vec3 buoyancy = buoyancy_ * up;  // fully immersed
-    double wet = 0.0;        // mean immersed fraction
-    double wet_x = 0.0;      // … times the mean place of what is immersed, m
-    double wet_z = 0.0;      // … its derivative with respect to the height of the origin
+    double wet = 0.0;                      // mean immersed fraction
+    double wet_x = 0.0;                    // … times the mean place of what is immersed, m
+    Vec3 wet_place = Vec3::Zero();         // its derivatives
     Vec3 wet_turn = Vec3::Zero();
     const double inverse_radius = 2.0 / body_.diameter;
     const double share = 1.0 / body_.strips;
     for (int i = 0; i < body_.strips; ++i) {
-        const double x = (i + 0.5) * strip_length_ - 0.5 * body_.length;
-        const Wetness strip = wetness(-(motion.position.z() + R(2, 0) * x) * inverse_radius);
+        const WaterMotion& local = along[varies ? i : 0];
+        const Vec3 at = water_place(i);
+        const double x = at.x();
+        const Wetness strip = wetness(-(motion.position.z() - local.elevation + R(2, 0) * x) * inverse_radius);
         if (strip.fraction == 0.0) continue;
-        const double u_y = -v.y() - w.z() * x;
-        const double u_z = -v.z() + w.y() * x;
-        s.add_cross_flow(x, x, strip_drag_ * strip.fraction, u_y, u_z);
+        double u_y = -v.y() - w.z() * x;
+        double u_z = -v.z() + w.y() * x;
+        Vec3 displaced_force = share * buoyancy;  // of this strip if it is immersed
+        if (varies) {
+            const Vec3 extra = Rt * (local.velocity - mean.velocity);
+            u_y += extra.y();
+            u_z += extra.z();
+            const Mat3 place_turn = -R * skew(at);
+            const Mat3 force_v = s.force_v;
+            const Mat3 moment_v = s.moment_v;
+            s.add_cross_flow(x, x, strip_drag_ * strip.fraction, u_y, u_z);
+            s.add_dependence(force_v - s.force_v, moment_v - s.moment_v,
+                             Rt * (local.velocity_gradient - mean.velocity_gradient),
+                             skew(extra) + Rt * (local.velocity_gradient * place_turn - hull_water.velocity_turn));
+            const Vec3 displaced_at = at + body_.centre_of_buoyancy;
+            const Vec3 pull = (share * displaced_mass_) * (Rt * local.acceleration);
+            const Mat3 pull_place = (strip.fraction * share * displaced_mass_) * Rt * local.acceleration_gradient;
+            displaced_force += pull;
+            s.force += strip.fraction * pull;
+            s.moment += strip.fraction * displaced_at.cross(pull);
+            s.add_dependence(Mat3::Identity(), skew(displaced_at), pull_place,
+                             strip.fraction * skew(pull) + pull_place * place_turn);
+        } else {
+            s.add_cross_flow(x, x, strip_drag_ * strip.fraction, u_y, u_z);
+        }
         if (hull_table_) s.add_cross_flow(x, 0.0, -strip_drag_ * strip.fraction, -v.y(), -v.z());
         wet += share * strip.fraction;
         wet_x += share * strip.fraction * x;
         if (strip.slope != 0.0) {
-            const Vec3 at(x, 0.0, 0.0);
-            const double slope = -strip.slope * inverse_radius;
-            const Vec3 z_turn = at.cross(up);  // d(R at)_z = up · (δφ × at) = δφ · (at × up)
-            s.add_wetted(at + body_.centre_of_buoyancy, share * buoyancy, slope, z_turn);
+            const Vec3 place = (-strip.slope * inverse_radius) * local.height_slope();
+            const Vec3 turn = at.cross(Rt * place);  // d(n · R at) = n · R (δφ × at) = δφ · (at × Rᵀn)
+            s.add_wetted(at + body_.centre_of_buoyancy, displaced_force, place, turn);
             Vec3 drag = strip_drag_ * std::sqrt(u_y * u_y + u_z * u_z) * Vec3(0.0, u_y, u_z);
             if (hull_table_) drag += strip_drag_ * std::sqrt(v.y() * v.y() + v.z() * v.z()) * Vec3(0.0, v.y(), v.z());
-            s.add_wetted(at, drag, slope, z_turn);
-            wet_z += share * slope;
-            wet_turn += share * slope * z_turn;
+            s.add_wetted(at, drag, place, turn);
+            wet_place += share * place;
+            wet_turn += share * turn;
         }
     }
 
@@ -234,15 +315,15 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     const Vec3 turning = w.cross(v);  // the water's impulse changes with v̇ = a − turning, seen from the body
     const Vec3 P = Ma * v;            // impulse of the water
     const Vec3 Jw = Ja * w;
-    Vec3 hull_force = k * (Ma * turning - w.cross(P)) - Ma * a;
+    Vec3 hull_force = k * (Ma * turning - w.cross(P)) - Ma * relative_a;
     hull_force.x() -= axial_drag_ * std::abs(v.x()) * v.x();
-    Vec3 hull_moment = -k * v.cross(P) - w.cross(Jw) - Ja * alpha;
+    Vec3 hull_moment = -k * v.cross(P) - w.cross(Jw) - Ja * relative_alpha;
     if (coupled_) {
         const Mat3& D = added_coupling_;
         const Vec3 impulse = D.transpose() * w;
         const Vec3 Dv = D * v;
-        hull_force -= k * w.cross(impulse) + D.transpose() * alpha;
-        hull_moment += k * (D * turning - w.cross(Dv) - v.cross(impulse)) - D * a;
+        hull_force -= k * w.cross(impulse) + D.transpose() * relative_alpha;
+        hull_moment += k * (D * turning - w.cross(Dv) - v.cross(impulse)) - D * relative_a;
         s.force_w += (wet * k) * (skew(impulse) - W * D.transpose());
         s.force_alpha -= wet * D.transpose();
         s.moment_v += (wet * k) * (D * W - W * D + skew(impulse));
@@ -267,15 +348,23 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
     s.moment_w += wet * (skew(Jw) - W * Ja);
     s.force_a -= wet * Ma;
     s.moment_alpha -= wet * Ja;
-    s.force_z += wet_z * hull_force;
-    s.moment_z += wet_z * hull_moment;
+    s.force_place += hull_force * wet_place.transpose();
+    s.moment_place += hull_moment * wet_place.transpose();
     s.force_turn += hull_force * wet_turn.transpose();
     s.moment_turn += hull_moment * wet_turn.transpose();
+    if (varies) {
+        s.add_dependence(wet * Ma, wet * added_coupling_, Rt * mean.acceleration_gradient,
+                         skew(water_a) + Rt * hull_water.acceleration_turn);
+        s.add_dependence(wet * added_coupling_.transpose(), wet * Ja, hull_water.spin_rate_place,
+                         hull_water.spin_rate_turn);
+    }
 
     for (std::size_t i = 0; i < fins_.size(); ++i) {
         const FinForce& fin = fins_[i];
         const Vec3& at = fin.position();
-        const Wetness immersion = wetness(-(motion.position.z() + R.row(2).dot(at)) / fin.half_height());
+        const WaterMotion& local = along[varies ? body_.strips + static_cast<int>(i) : 0];
+        const Wetness immersion =
+            wetness(-(motion.position.z() - local.elevation + R.row(2).dot(at)) / fin.half_height());
         if (immersion.fraction == 0.0) continue;
         Vec3 lift;
         Mat3 lift_flow;
@@ -284,8 +373,13 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
         Mat3 downwash_v, downwash_w;
         const bool washed = !ahead_[i].empty();
         if (washed) turn_by_downwash(i, v, w, flow, downwash_v, downwash_w);
-        fin.evaluate(flow, lift, lift_flow);
+        const Vec3 extra = Rt * (local.velocity - mean.velocity);  // which no downwash turns
+        fin.evaluate(flow + extra, lift, lift_flow);
         const Mat3 wetted_flow = immersion.fraction * lift_flow;
+        if (varies) {
+            s.add_dependence(wetted_flow, A * wetted_flow, Rt * (local.velocity_gradient - mean.velocity_gradient),
+                             skew(extra) - Rt * (local.velocity_gradient * R * A + hull_water.velocity_turn));
+        }
         Mat3 wetted_v = -wetted_flow;
         Mat3 wetted_w = wetted_flow * A;  // d(−w × at)/dw = skew(at)
         if (washed) {
@@ -298,7 +392,10 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
         s.moment_v += A * wetted_v;
         s.force_w += wetted_w;
         s.moment_w += A * wetted_w;
-        if (immersion.slope != 0.0) s.add_wetted(at, lift, -immersion.slope / fin.half_height(), at.cross(up));
+        if (immersion.slope != 0.0) {
+            const Vec3 place = (-immersion.slope / fin.half_height()) * local.height_slope();
+            s.add_wetted(at, lift, place, at.cross(Rt * place));
+        }
     }
 
     force = R * s.force;
@@ -306,11 +403,13 @@ void BodyForce::evaluate(const Water& water, const BodyMotion& motion, Vec3& for
 
     // Chain rule: v and a are tank vectors seen from the body, so turning by φ changes them by v × φ;
     // the force is turned back to tank axes.
-    jacobian.position.setZero();
-    jacobian.position.block<3, 1>(0, 2) = R * s.force_z;
-    jacobian.position.block<3, 1>(3, 2) = s.moment_z;
-    jacobian.position.block<3, 3>(0, 3) = R * (s.force_turn + s.force_v * V + s.force_a * skew(a) - skew(s.force));
-    jacobian.position.block<3, 3>(3, 3) = s.moment_turn + s.moment_v * V + s.moment_a * skew(a);
+    const Mat3 v_place = -Rt * mean.velocity_gradient;
+    const Mat3 v_turn = V - Rt * hull_water.velocity_turn;
+    jacobian.position.block<3, 3>(0, 0) = R * (s.force_place + s.force_v * v_place);
+    jacobian.position.block<3, 3>(3, 0) = s.moment_place + s.moment_v * v_place;
+    jacobian.position.block<3, 3>(0, 3) =
+        R * (s.force_turn + s.force_v * v_turn + s.force_a * skew(a) - skew(s.force));
+    jacobian.position.block<3, 3>(3, 3) = s.moment_turn + s.moment_v * v_turn + s.moment_a * skew(a);
     jacobian.velocity.block<3, 3>(0, 0) = R * s.force_v * Rt;
     jacobian.velocity.block<3, 3>(0, 3) = R * s.force_w;
     jacobian.velocity.block<3, 3>(3, 0) = s.moment_v * Rt;

@@ -68,9 +68,17 @@ class BodyForce {
     BodyForce(const std::string& name, const Body& body, const Water& water);
 
     /// Sum of external and inertia forces (F − M a) without the lines': force in tank axes, moment about the
-    /// origin in body axes; and their derivatives.
-    void evaluate(const Water& water, const BodyMotion& motion, Vec3& force, Vec3& moment,
-                  BodyJacobian& jacobian) const;
+    /// origin in body axes; and their derivatives. `along` is what the water does at each of the water places;
+    /// one motion for all of them if it is uniform and steady.
+    void evaluate(const Water& water, const std::vector<WaterMotion>& along, const BodyMotion& motion, Vec3& force,
+                  Vec3& moment, BodyJacobian& jacobian) const;
+
+    /// Where the water's motion counts: the middles of the strips along the hull, then the fins. Body axes, m.
+    int water_places() const { return body_.strips + static_cast<int>(fins_.size()); }
+    Vec3 water_place(int i) const {
+        if (i < body_.strips) return {(i + 0.5) * strip_length_ - 0.5 * body_.length, 0.0, 0.0};
+        return fins_[i - body_.strips].position();
+    }
 
     const Body& body() const { return body_; }
 
@@ -91,6 +99,7 @@ class BodyForce {
     bool coupled_;                                      ///< D is not zero
     double strip_length_;
     double strip_drag_;      ///< ½ρ Cd d Δx, N/(m/s)²
+    double displaced_mass_;  ///< kg of water, immersed
     double buoyancy_;        ///< N, fully immersed
     double axial_drag_;      ///< ½ρ Cd π d²/4, N/(m/s)²
 };

@@ -9,6 +9,9 @@ namespace sim_core {
 Energy energy(const State& state) {
     const Model& model = *state.model;
     const Water& water = model.water;
+    WaterProbe probe(water);
+    probe.set_time(state.time);
+    WaterMotion here;
     Energy e{0.0, 0.0, 0.0, 0.0};
     const auto immersed = [](double z) { return z < 0.0 ? 1.0 : 0.0; };
     for (const Model::Segment& segment : model.segments) {
@@ -41,7 +44,8 @@ Energy energy(const State& state) {
         const FreePoint& p = point.properties;
         const double z = state.position[point.site].z();
         const Vec3& v = state.velocity[point.site];
-        const Vec3 added_mass = p.resistance(water.velocity_at(state.position[point.site]) - v).added_mass;
+        probe.at(state.position[point.site], here);
+        const Vec3 added_mass = p.resistance(here.velocity - v).added_mass;
         e.kinetic += 0.5 * (p.mass * v.squaredNorm() + immersed(z) * added_mass.dot(v.cwiseAbs2()));
         e.gravity += (p.mass - immersed(z) * water.density * p.volume) * water.gravity * z;
     }

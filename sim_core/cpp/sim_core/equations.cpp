@@ -111,23 +111,49 @@ Equations::Equations(std::shared_ptr<const Model> model)
       clamps_(model_->clamps.size()),
       points_(model_->points.size()),
       bodies_(model_->bodies.size()),
+      probe_(model_->water),
+      same_water_(model_->water.is_uniform_and_steady()),
+      water_(same_water_ ? 1 : model_->sites()),
+      water_along_(model_->bodies.size()),
+      contacts_(model_->contact_places.size()),
       site_force_(model_->sites()),
       residual_(model_->blocks()),
       block_length_(model_->blocks(), 1.0) {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         block_length_[model_->rotation_block(static_cast<int>(b))] = 0.5 * model_->bodies[b].force.body().length;
     }
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        water_along_[b].resize(same_water_ ? 1 : model_->bodies[b].force.water_places());
+    }
+    if (same_water_) {
+        probe_.at(Vec3::Zero(), water_[0]);
+        for (auto& along : water_along_) along[0] = water_[0];
+    }
+}
+
+void Equations::ask_water(const State& state) {
+    probe_.set_time(state.time);
+    for (int i = 0; i < model_->sites(); ++i) probe_.at(state.position[i], water_[i]);
+    for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
+        const Vec3& origin = state.position[state.body_entry(static_cast<int>(b))];
+        const Mat3 rotation = state.bodies[b].attitude.toRotationMatrix();
+        for (std::size_t i = 0; i < water_along_[b].size(); ++i) {
+            probe_.at(origin + rotation * model_->bodies[b].force.water_place(static_cast<int>(i)),
+                      water_along_[b][i]);
+        }
+    }
 }
 
 void Equations::evaluate(const State& state) {
     const Model& m = *model_;
+    if (!same_water_) ask_water(state);
     for (Vec3& force : site_force_) force.setZero();
     for (std::size_t i = 0; i < m.segments.size(); ++i) {
         const int a = m.segments[i].site[0];
         const int b = m.segments[i].site[1];
-        segment_forces(m.segment_constants[m.segments[i].constants], m.water,
-                       {state.position[a], state.velocity[a], state.acceleration[a]},
-                       {state.position[b], state.velocity[b], state.acceleration[b]}, segments_[i]);
+        segment_forces(m.segment_constants[m.segments[i].constants],
+                       {state.position[a], state.velocity[a], state.acceleration[a], water_at(a)},
+                       {state.position[b], state.velocity[b], state.acceleration[b], water_at(b)}, segments_[i]);
         site_force_[a] += segments_[i].a.force;
         site_force_[b] += segments_[i].b.force;
     }
@@ -151,16 +177,22 @@ void Equations::evaluate(const State& state) {
     for (std::size_t i = 0; i < m.points.size(); ++i) {
         if (m.points[i].prescribed) continue;
         const int site = m.points[i].site;
-        point_force(m.points[i].properties, m.water, state.position[site], state.velocity[site],
+        point_force(m.points[i].properties, m.water, water_at(site), state.position[site], state.velocity[site],
                     state.acceleration[site], points_[i]);
         site_force_[site] += points_[i].force;
+    }
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        const int site = m.contact_places[i].site;
+        contact_force(*m.tank, m.tank_sides, m.contact_places[i].radius, state.position[site], state.velocity[site],
+                      contacts_[i]);
+        site_force_[site] += contacts_[i].force;
     }
     for (int i = 0; i < m.free_sites; ++i) residual_[i] = site_force_[i];
     for (std::size_t b = 0; b < m.bodies.size(); ++b) {
         const int body = static_cast<int>(b);
         const int entry = state.body_entry(body);
         const Mat3 rotation = state.bodies[b].attitude.toRotationMatrix();
-        m.bodies[b].force.evaluate(m.water,
+        m.bodies[b].force.evaluate(m.water, water_along_[b],
                                    {state.position[entry], rotation, state.velocity[entry], state.acceleration[entry],
                                     state.velocity[entry + 1], state.acceleration[entry + 1]},
                                    residual_[m.translation_block(body)], residual_[m.rotation_block(body)],
@@ -225,6 +257,10 @@ void Equations::assemble(const State& state, const Rates& rates) {
     for (std::size_t i = 0; i < m.segments.size(); ++i) {
         const Model::Segment& segment = m.segments[i];
         segment_jacobian(m.segment_constants[segment.constants], segments_[i], s);
+        if (!same_water_) {
+            add_water_gradients(m.segment_constants[segment.constants], segments_[i], water_at(segment.site[0]),
+                                water_at(segment.site[1]), s);
+        }
         if (m.is_attached(segment.site[0]) || m.is_attached(segment.site[1])) {
             add_attached_segment(state, static_cast<int>(i), rates);
             continue;
@@ -240,11 +276,12 @@ void Equations::assemble(const State& state, const Rates& rates) {
     }
 
     if (!m.bends.empty() || !m.clamps.empty()) add_bending(state, rates);
+    add_contacts(state, rates);
 
     for (std::size_t i = 0; i < m.points.size(); ++i) {
         if (m.points[i].prescribed) continue;
         PointJacobian p;
-        point_jacobian(m.points[i].properties, m.water, points_[i], p);
+        point_jacobian(m.points[i].properties, m.water, water_at(m.points[i].site), points_[i], p);
         J[m.points[i].site] +=
             rates.position * p.position + rates.velocity * p.velocity + rates.acceleration * p.acceleration;
     }
@@ -296,6 +333,30 @@ void Equations::add_attached_segment(const State& state, int index, const Rates&
             if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * column + 1, end[row].arm * rotation);
         }
         if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * row + 1, end[row].moment_turn);
+    }
+}
+
+void Equations::add_contacts(const State& state, const Rates& rates) {
+    const Model& m = *model_;
+    std::vector<Mat3>& J = solver_.blocks();
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        const ContactForce& c = contacts_[i];
+        const int site = m.contact_places[i].site;
+        if (c.force.isZero(0.0)) continue;
+        const Mat3 translation = rates.position * c.position + rates.velocity * c.velocity;
+        if (m.is_free(site)) {
+            J[site] += translation;
+            continue;
+        }
+        const Model::Attachment& attachment = m.attachments[m.attachment_of(site)];
+        const int blocks[2] = {m.translation_block(attachment.body), m.rotation_block(attachment.body)};
+        const auto block = [&](int row, int column) -> Mat3& { return J[m.structure.slot(blocks[row], blocks[column])]; };
+        const AttachedEnd end = attached_end(state, attachment, c.force, rates);
+        const Mat3 rotation = c.position * end.position + c.velocity * end.velocity;
+        block(0, 0) += translation;
+        block(1, 0) += end.arm * translation;
+        block(0, 1) += rotation;
+        block(1, 1) += end.arm * rotation + end.moment_turn;
     }
 }
 

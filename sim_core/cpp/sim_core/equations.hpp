@@ -60,9 +60,15 @@ class Equations {
 
     const Model& model() const { return *model_; }
 
+    /// What the water does at a site, and at the water places of a body, at the last evaluated state.
+    const WaterMotion& water_at(int site) const { return water_[same_water_ ? 0 : site]; }
+    const std::vector<WaterMotion>& water_along(int body) const { return water_along_[body]; }
+
   private:
+    void ask_water(const State& state);
     void add_attached_segment(const State& state, int segment, const Rates& rates);
     void add_bending(const State& state, const Rates& rates);
+    void add_contacts(const State& state, const Rates& rates);
 
     std::shared_ptr<const Model> model_;
     BlockSolver solver_;
@@ -71,6 +77,11 @@ class Equations {
     std::vector<BendingCache> clamps_;
     std::vector<PointCache> points_;  ///< those of prescribed points are unused
     std::vector<BodyJacobian> bodies_;
+    WaterProbe probe_;
+    bool same_water_;  ///< everywhere and always
+    std::vector<WaterMotion> water_;  ///< at the sites; one for all if it is the same
+    std::vector<std::vector<WaterMotion>> water_along_;  ///< likewise, at each body's water places
+    std::vector<ContactForce> contacts_;  ///< of the model's contact places
     std::vector<Vec3> site_force_;
     std::vector<Vec3> residual_;
     std::vector<double> block_length_;  ///< 1 for a translation, half the body's length for a rotation

@@ -1,26 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "forces_by_kind.hpp"
 
+#include <algorithm>
+
 #include "bending.hpp"
 
 namespace sim_core {
 
 ForcesByKind::ForcesByKind(const Model& model) {
     forces_.fill(std::vector<Vec3>(model.sites() + 2 * model.bodies.size(), Vec3::Zero()));
+    std::size_t most_places = 1;
+    for (const Model::BodyEntry& body : model.bodies) {
+        most_places = std::max(most_places, static_cast<std::size_t>(body.force.water_places()));
+    }
+    resting_water_.resize(most_places);
 }
 
 void ForcesByKind::evaluate(const Equations& equations, const State& state) {
     for (std::vector<Vec3>& forces : forces_) {
         for (Vec3& force : forces) force.setZero();
     }
-    add_segments(state);
-    add_points(state);
-    add_bodies(state);
+    add_segments(equations, state);
+    add_points(equations, state);
+    add_bodies(equations, state);
     add_bending(state);
     find_other(equations, state);
 }
 
-void ForcesByKind::add_segments(const State& state) {
+void ForcesByKind::add_segments(const Equations& equations, const State& state) {
     const Model& m = *state.model;
     const Vec3 none = Vec3::Zero();
     SegmentCache whole, undamped, drifting, resting;
@@ -32,15 +39,16 @@ void ForcesByKind::add_segments(const State& state) {
         const int b = segment.site[1];
         const Vec3& x_a = state.position[a];
         const Vec3& x_b = state.position[b];
-        const Vec3 water_a = m.water.velocity_at(x_a);
-        const Vec3 water_b = m.water.velocity_at(x_b);
-        const EndMotion a_end{x_a, state.velocity[a], state.acceleration[a]};
-        const EndMotion b_end{x_b, state.velocity[b], state.acceleration[b]};
-        segment_forces(c, m.water, a_end, b_end, whole);
-        segment_forces(elastic, m.water, a_end, b_end, undamped);
-        segment_forces(elastic, m.water, {x_a, water_a, state.acceleration[a]}, {x_b, water_b, state.acceleration[b]},
-                       drifting);
-        segment_forces(elastic, m.water, {x_a, water_a, none}, {x_b, water_b, none}, resting);
+        const WaterMotion& water_a = equations.water_at(a);
+        const WaterMotion& water_b = equations.water_at(b);
+        const EndMotion a_end{x_a, state.velocity[a], state.acceleration[a], water_a};
+        const EndMotion b_end{x_b, state.velocity[b], state.acceleration[b], water_b};
+        segment_forces(c, a_end, b_end, whole);
+        segment_forces(elastic, a_end, b_end, undamped);
+        segment_forces(elastic, {x_a, water_a.velocity, state.acceleration[a], water_a},
+                       {x_b, water_b.velocity, state.acceleration[b], water_b}, drifting);
+        segment_forces(elastic, {x_a, water_a.velocity, none, water_a}, {x_b, water_b.velocity, none, water_b},
+                       resting);
         const EndCache* ends[4][2] = {{&whole.a, &whole.b}, {&undamped.a, &undamped.b},
                                       {&drifting.a, &drifting.b}, {&resting.a, &resting.b}};
         for (int i = 0; i < 2; ++i) {
@@ -59,7 +67,7 @@ void ForcesByKind::add_segments(const State& state) {
     }
 }
 
-void ForcesByKind::add_points(const State& state) {
+void ForcesByKind::add_points(const Equations& equations, const State& state) {
     const Model& m = *state.model;
     PointCache whole, drifting, resting;
     for (const Model::Point& point : m.points) {
@@ -67,10 +75,10 @@ void ForcesByKind::add_points(const State& state) {
         const FreePoint& p = point.properties;
         const int site = point.site;
         const Vec3& x = state.position[site];
-        const Vec3 water = m.water.velocity_at(x);
-        point_force(p, m.water, x, state.velocity[site], state.acceleration[site], whole);
-        point_force(p, m.water, x, state.velocity[site], Vec3::Zero(), drifting);
-        point_force(p, m.water, x, water, Vec3::Zero(), resting);
+        const WaterMotion& here = equations.water_at(site);
+        point_force(p, m.water, here, x, state.velocity[site], state.acceleration[site], whole);
+        point_force(p, m.water, here, x, state.velocity[site], Vec3::Zero(), drifting);
+        point_force(p, m.water, here, x, here.velocity, Vec3::Zero(), resting);
         const Vec3 weight(0.0, 0.0, -p.mass * m.water.gravity);
         const Vec3 inertia = -p.mass * state.acceleration[site];
         at(ForceKind::weight)[site] += weight;
@@ -82,7 +90,7 @@ void ForcesByKind::add_points(const State& state) {
     }
 }
 
-void ForcesByKind::add_bodies(const State& state) {
+void ForcesByKind::add_bodies(const Equations& equations, const State& state) {
     const Model& m = *state.model;
     const Vec3 none = Vec3::Zero();
     BodyJacobian unused;
@@ -96,11 +104,13 @@ void ForcesByKind::add_bodies(const State& state) {
         const Vec3& a = state.acceleration[entry];
         const Vec3& w = state.velocity[entry + 1];
         const Vec3& alpha = state.acceleration[entry + 1];
-        const Vec3 water = m.water.velocity_at(x);
+        const std::vector<WaterMotion>& along = equations.water_along(static_cast<int>(i));
+        resting_water_ = along;
+        for (WaterMotion& water : resting_water_) water.velocity.setZero();
         Vec3 whole[2], moving[2], resting[2];
-        force.evaluate(m.water, {x, R, v, a, w, alpha}, whole[0], whole[1], unused);
-        force.evaluate(m.water, {x, R, v, none, w, none}, moving[0], moving[1], unused);
-        force.evaluate(m.water, {x, R, water, none, none, none}, resting[0], resting[1], unused);
+        force.evaluate(m.water, along, {x, R, v, a, w, alpha}, whole[0], whole[1], unused);
+        force.evaluate(m.water, along, {x, R, v, none, w, none}, moving[0], moving[1], unused);
+        force.evaluate(m.water, resting_water_, {x, R, none, none, none, none}, resting[0], resting[1], unused);
         const Vec3& c = body.centre_of_gravity;
         const Vec3 weight(0.0, 0.0, -body.mass * m.water.gravity);
         const Vec3 linear[2] = {Vec3(-body.mass * (a + R * alpha.cross(c))),

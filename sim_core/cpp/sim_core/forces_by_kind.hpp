@@ -40,13 +40,14 @@ class ForcesByKind {
 
   private:
     std::vector<Vec3>& at(ForceKind kind) { return forces_[static_cast<int>(kind)]; }
-    void add_segments(const State& state);
-    void add_points(const State& state);
-    void add_bodies(const State& state);
+    void add_segments(const Equations& equations, const State& state);
+    void add_points(const Equations& equations, const State& state);
+    void add_bodies(const Equations& equations, const State& state);
     void add_bending(const State& state);
     void find_other(const Equations& equations, const State& state);
 
     std::array<std::vector<Vec3>, kForceKinds> forces_;
+    std::vector<WaterMotion> resting_water_;  ///< along one body: room for the water there without its velocity
 };
 
 }  // namespace sim_core

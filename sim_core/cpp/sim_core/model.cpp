@@ -46,7 +46,8 @@ SegmentConstants segment_constants(const LineSection& section, double line_weigh
     c.buckling_force = std::numbers::pi * std::numbers::pi * p.bending_stiffness / (c.length * c.length);
     c.half_mass = p.mass_per_length * half;
     c.half_weight = c.half_mass * water.gravity;
-    c.half_buoyancy = water.density * water.gravity * p.displaced_area.value_or(circle) * half;
+    c.half_displaced_mass = water.density * p.displaced_area.value_or(circle) * half;
+    c.half_buoyancy = water.gravity * c.half_displaced_mass;
     c.half_normal_drag = 0.5 * water.density * p.normal_drag * p.diameter * half;
     c.half_tangential_drag = 0.5 * water.density * p.tangential_drag * std::numbers::pi * p.diameter * half;
     c.half_added_mass = p.added_mass * water.density * circle * half;
@@ -67,6 +68,35 @@ void require_possible(const LineSection& section, const std::string& where) {
                 "damping, bending stiffness, coefficients and area must not be below 0");
     }
     if (p.slack_tension) require(*p.slack_tension > 0.0, where, "slack_tension must be above 0");
+}
+
+/// Free nodes and points, and along each hull nose, middle and tail.
+void add_contact_places(Model& model, const Tank& tank) {
+    model.tank = tank;
+    model.tank_sides = tank_sides(tank);
+    std::vector<double> radius(static_cast<std::size_t>(model.free_sites), 0.0);
+    for (const Model::Point& point : model.points) {
+        if (!point.prescribed) radius[point.site] = std::cbrt(0.75 / std::numbers::pi * point.properties.volume);
+    }
+    for (const Model::Segment& segment : model.segments) {
+        for (const int site : segment.site) {
+            if (!model.is_free(site)) continue;
+            radius[site] = std::max(radius[site], model.segment_constants[segment.constants].radius);
+        }
+    }
+    for (int site = 0; site < model.free_sites; ++site) {
+        model.contact_places.push_back({model.describe_block(site), site, radius[site]});
+    }
+    for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+        const Body& body = model.bodies[b].force.body();
+        const double hull_radius = 0.5 * body.diameter;
+        const double reach = std::max(0.0, 0.5 * body.length - hull_radius);
+        for (const auto& [part, x] : {std::pair("nose", reach), std::pair("middle", 0.0), std::pair("tail", -reach)}) {
+            model.contact_places.push_back(
+                {"body '" + model.bodies[b].name + "' " + part, model.sites(), hull_radius});
+            model.attachments.push_back({static_cast<int>(b), Vec3(x, 0.0, 0.0)});
+        }
+    }
 }
 
 /// The torsion springs of a line: at inner nodes the two half segments in series, EI/ℓ where both are alike; at a
@@ -140,7 +170,11 @@ std::string Model::describe_block(int block) const {
 ModelBuilder::ModelBuilder(const Water& water) : water_(water) {
     require(water.density >= 0.0 && std::isfinite(water.density), "water", "density must not be below 0");
     require(water.gravity >= 0.0 && std::isfinite(water.gravity), "water", "gravity must not be below 0");
-    require(water.current.allFinite(), "water", "current must be finite");
+    require(water.current.uniform.allFinite(), "water", "current must be finite");
+    if (water.waves) {
+        const double g = water.waves->gravity();
+        require(std::abs(g - water.gravity) <= 1e-9 * g, "water", "the waves must have its gravity");
+    }
 }
 
 bool ModelBuilder::has_point(const std::string& name) const { return contains(points_, name); }
@@ -221,6 +255,11 @@ void ModelBuilder::add_line(const std::string& name, const LineEnd& start, const
     lines_.push_back(line);
 }
 
+void ModelBuilder::set_tank(const Tank& tank) {
+    (void)tank_sides(tank);  // validates
+    tank_ = tank;
+}
+
 Model ModelBuilder::build() const {
     Model model;
     model.water = water_;
@@ -277,6 +316,8 @@ Model ModelBuilder::build() const {
         add_bending(model, line, entry.ends);
         model.lines.push_back(std::move(line));
     }
+
+    if (tank_) add_contact_places(model, *tank_);
 
     // The Jacobian's blocks
     const auto blocks_of = [&]<std::size_t Sites>(const int (&sites)[Sites]) {
@@ -348,6 +389,7 @@ Model ModelBuilder::build() const {
         mass += 2.0 * model.segment_constants[segment.constants].half_mass;
     }
     model.force_scale = mass * gravity;
+    if (tank_) model.stiffest_segment = std::max(model.stiffest_segment, tank_->stiffness);
     model.fingerprint = 0xcbf29ce484222325ULL;
     for (const SegmentConstants& c : model.segment_constants) {
         model.stiffest_segment = std::max(model.stiffest_segment, c.axial_stiffness / c.length);

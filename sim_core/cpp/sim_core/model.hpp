@@ -12,13 +12,14 @@
 #include "line.hpp"
 #include "point.hpp"
 #include "segment.hpp"
+#include "tank.hpp"
 #include "types.hpp"
 #include "water.hpp"
 
 namespace sim_core {
 
 /// Every place where forces on translations are gathered is a *site*: free nodes first, then prescribed points,
-/// then the places where lines are attached to bodies.
+/// then the places on bodies: where lines are attached, and what of the hull may touch the tank.
 struct Model {
     struct Point {
         std::string name;
@@ -64,6 +65,13 @@ struct Model {
         int slot[4][4];
     };
 
+    /// What may touch the tank, as a sphere.
+    struct ContactPlace {
+        std::string name;
+        int site;
+        double radius;  ///< m
+    };
+
     Water water;
     std::vector<Point> points;
     std::vector<BodyEntry> bodies;
@@ -73,6 +81,10 @@ struct Model {
     std::vector<SegmentConstants> segment_constants;  ///< one for each section of each line
     std::vector<Bend> bends;    ///< none for lines without bending stiffness
     std::vector<Clamp> clamps;
+
+    std::optional<Tank> tank;
+    std::vector<TankSide> tank_sides;           ///< none without a tank
+    std::vector<ContactPlace> contact_places;  ///< likewise
 
     int free_sites = 0;
     int prescribed_sites = 0;
@@ -115,6 +127,9 @@ class ModelBuilder {
     void add_line(const std::string& name, const LineEnd& start, const LineEnd& end,
                   const std::vector<LineSection>& sections);
 
+    /// Puts the system into a tank. Throws InvalidInput.
+    void set_tank(const Tank& tank);
+
     /// Throws InvalidInput if parts are missing or not connected to a prescribed point.
     Model build() const;
 
@@ -142,6 +157,7 @@ class ModelBuilder {
     std::vector<PointEntry> points_;
     std::vector<NamedBody> bodies_;
     std::vector<LineEntry> lines_;
+    std::optional<Tank> tank_;
 };
 
 }  // namespace sim_core

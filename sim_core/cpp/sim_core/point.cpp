@@ -21,30 +21,32 @@ Resistance Weathervane::at(const Vec3& flow) const {
             0.5 * (added_mass.y() - added_mass.x()) * unturned_slope};
 }
 
-void point_force(const FreePoint& point, const Water& water, const Vec3& position, const Vec3& velocity,
-                 const Vec3& acceleration, PointCache& f) {
+void point_force(const FreePoint& point, const Water& water, const WaterMotion& here, const Vec3& position,
+                 const Vec3& velocity, const Vec3& acceleration, PointCache& f) {
     const double radius = std::cbrt(0.75 / std::numbers::pi * point.volume);
+    const double height = position.z() - here.elevation;
     if (radius > 0.0) {
-        const Wetness w = wetness(-position.z() / radius);
+        const Wetness w = wetness(-height / radius);
         f.fraction = w.fraction;
         f.fraction_z = -w.slope / radius;
     } else {
-        f.fraction = position.z() < 0.0 ? 1.0 : 0.0;
+        f.fraction = height < 0.0 ? 1.0 : 0.0;
         f.fraction_z = 0.0;
     }
-    f.flow = water.velocity_at(position) - velocity;
+    f.flow = here.velocity - velocity;
     f.speed = f.flow.norm();
-    f.acceleration = acceleration;
+    f.acceleration = acceleration - here.acceleration;
     f.resistance = point.resistance(f.flow);
     const Resistance& r = f.resistance;
     f.immersed = 0.5 * water.density * f.speed * r.drag_area.cwiseProduct(f.flow) -
-                 r.added_mass.cwiseProduct(acceleration);
+                 r.added_mass.cwiseProduct(f.acceleration) + water.density * point.volume * here.acceleration;
     f.immersed.z() += water.density * water.gravity * point.volume;
     f.force = f.fraction * f.immersed - point.mass * acceleration;
     f.force.z() -= point.mass * water.gravity;
 }
 
-void point_jacobian(const FreePoint& point, const Water& water, const PointCache& f, PointJacobian& jacobian) {
+void point_jacobian(const FreePoint& point, const Water& water, const WaterMotion& here, const PointCache& f,
+                    PointJacobian& jacobian) {
     const Resistance& r = f.resistance;
     const double pressure = 0.5 * water.density;
     Mat3 flow = (pressure * f.speed) * r.drag_area.asDiagonal();
@@ -57,8 +59,9 @@ void point_jacobian(const FreePoint& point, const Water& water, const PointCache
     }
     jacobian.velocity = -f.fraction * flow;
     jacobian.acceleration = Mat3((-point.mass - f.fraction * r.added_mass.array()).matrix().asDiagonal());
-    jacobian.position.setZero();
-    jacobian.position.col(2) = f.fraction_z * f.immersed;
+    const Vec3 pull = r.added_mass.array() + water.density * point.volume;
+    jacobian.position = f.fraction * (flow * here.velocity_gradient + pull.asDiagonal() * here.acceleration_gradient) +
+                        f.fraction_z * f.immersed * here.height_slope().transpose();
 }
 
 }  // namespace sim_core

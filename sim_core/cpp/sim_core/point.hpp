@@ -58,10 +58,10 @@ struct PointCache {
     Vec3 force;             ///< N, tank axes; inertia included (F − M a)
     Vec3 immersed;          ///< what of it scales with the immersed fraction, at fraction 1
     Vec3 flow;              ///< velocity of the water relative to the point, m/s
-    Vec3 acceleration;      ///< of the point, m/s²
+    Vec3 acceleration;      ///< of the point relative to the water's, m/s²
     double speed;           ///< of the flow, m/s
     double fraction;        ///< immersed
-    double fraction_z;      ///< its derivative with respect to the height, 1/m
+    double fraction_z;      ///< its derivative with respect to the height above the surface, 1/m
     Resistance resistance;
 };
 
@@ -70,11 +70,12 @@ struct PointJacobian {
     Mat3 position, velocity, acceleration;
 };
 
-/// Weight, buoyancy, drag and inertia.
-void point_force(const FreePoint& point, const Water& water, const Vec3& position, const Vec3& velocity,
-                 const Vec3& acceleration, PointCache& cache);
+/// Weight, buoyancy, drag and inertia in water that moves as `here` at the point.
+void point_force(const FreePoint& point, const Water& water, const WaterMotion& here, const Vec3& position,
+                 const Vec3& velocity, const Vec3& acceleration, PointCache& cache);
 
 /// Derivatives at the state for which `cache` was filled.
-void point_jacobian(const FreePoint& point, const Water& water, const PointCache& cache, PointJacobian& jacobian);
+void point_jacobian(const FreePoint& point, const Water& water, const WaterMotion& here, const PointCache& cache,
+                    PointJacobian& jacobian);
 
 }  // namespace sim_core

@@ -23,7 +23,7 @@ inline void round_off(double linear_tension, double s, double& tension, double& 
     }
 }
 
-/// Immersed fraction of the half segment next to `own`, centred at a quarter of the segment.
+/// Immersed fraction of the half segment next to `own`, centred at a quarter of the segment. Heights above the surface.
 inline void half_wetness(double own_z, double other_z, double radius, EndCache& end) {
     if (std::max(own_z, other_z) + radius <= 0.0) {
         end.wet = 1.0;
@@ -40,11 +40,10 @@ inline void half_wetness(double own_z, double other_z, double radius, EndCache& 
     end.wet_other = w.slope * (-0.25 - depth * height_slope) / half_height;
 }
 
-inline void end_forces(const SegmentConstants& c, const Water& water, const EndMotion& motion, const Vec3& t,
-                       EndCache& end) {
-    const Vec3& acceleration = motion.acceleration;
+inline void end_forces(const SegmentConstants& c, const EndMotion& motion, const Vec3& t, EndCache& end) {
+    const Vec3 acceleration = motion.acceleration - motion.water.acceleration;
     end.acceleration = acceleration;
-    const Vec3 flow = water.velocity_at(motion.position) - motion.velocity;
+    const Vec3 flow = motion.water.velocity - motion.velocity;
     end.tangential_flow = flow.dot(t);
     end.normal_flow = flow - end.tangential_flow * t;
     end.normal_speed = end.normal_flow.norm();
@@ -52,16 +51,15 @@ inline void end_forces(const SegmentConstants& c, const Water& water, const EndM
         (c.half_normal_drag * end.normal_speed) * end.normal_flow +
         (c.half_tangential_drag * std::abs(end.tangential_flow) * end.tangential_flow +
          c.half_added_mass * acceleration.dot(t)) * t -
-        c.half_added_mass * acceleration;
+        c.half_added_mass * acceleration + c.half_displaced_mass * motion.water.acceleration;
     end.immersed_force.z() += c.half_buoyancy;
-    end.force = end.wet * end.immersed_force - c.half_mass * acceleration;
+    end.force = end.wet * end.immersed_force - c.half_mass * motion.acceleration;
     end.force.z() -= c.half_weight;
 }
 
 }  // namespace
 
-void segment_forces(const SegmentConstants& c, const Water& water, const EndMotion& a, const EndMotion& b,
-                    SegmentCache& cache) {
+void segment_forces(const SegmentConstants& c, const EndMotion& a, const EndMotion& b, SegmentCache& cache) {
     const Vec3 span = b.position - a.position;
     // The tiny term keeps the tangent defined when the two ends of a slack segment meet.
     const double length = std::sqrt(span.squaredNorm() + 1e-18 * c.length * c.length);
@@ -77,10 +75,12 @@ void segment_forces(const SegmentConstants& c, const Water& water, const EndMoti
     round_off(linear_tension + c.buckling_force, c.slack_tension, cache.tension, cache.tension_slope);
     cache.tension -= c.buckling_force;
 
-    half_wetness(a.position.z(), b.position.z(), c.radius, cache.a);
-    half_wetness(b.position.z(), a.position.z(), c.radius, cache.b);
-    end_forces(c, water, a, t, cache.a);
-    end_forces(c, water, b, t, cache.b);
+    const double height_a = a.position.z() - a.water.elevation;
+    const double height_b = b.position.z() - b.water.elevation;
+    half_wetness(height_a, height_b, c.radius, cache.a);
+    half_wetness(height_b, height_a, c.radius, cache.b);
+    end_forces(c, a, t, cache.a);
+    end_forces(c, b, t, cache.b);
     const Vec3 pull = cache.tension * t;
     cache.a.force += pull;
     cache.b.force -= pull;
@@ -132,6 +132,27 @@ void segment_jacobian(const SegmentConstants& c, const SegmentCache& cache, Segm
         jacobian.velocity[i][other] = tension_rate;
         jacobian.velocity[i][i] = -tension_rate - drag_rate;
         jacobian.acceleration[i] = -c.half_mass * Mat3::Identity() - e * across;
+    }
+}
+
+void add_water_gradients(const SegmentConstants& c, const SegmentCache& cache, const WaterMotion& water_a,
+                         const WaterMotion& water_b, SegmentJacobian& jacobian) {
+    const EndCache* ends[2] = {&cache.a, &cache.b};
+    const WaterMotion* water[2] = {&water_a, &water_b};
+    for (int i = 0; i < 2; ++i) {
+        const EndCache& end = *ends[i];
+        const int other = 1 - i;
+        // Drag sees the water's velocity as it sees the end's, but for the sign; tension, which sees the ends' alone,
+        // cancels in the sum. Likewise with the accelerations.
+        const Mat3 drag_rate = -(jacobian.velocity[i][i] + jacobian.velocity[i][other]);
+        const Mat3 pull = (end.wet * c.half_displaced_mass - c.half_mass) * Mat3::Identity() - jacobian.acceleration[i];
+        jacobian.position[i][i] += drag_rate * water[i]->velocity_gradient + pull * water[i]->acceleration_gradient;
+        if (end.wet_own != 0.0 || end.wet_other != 0.0) {
+            const Vec3 own_slope = end.wet_own * water[i]->height_slope();
+            const Vec3 other_slope = end.wet_other * water[other]->height_slope();
+            jacobian.position[i][i].leftCols<2>() += end.immersed_force * own_slope.head<2>().transpose();
+            jacobian.position[i][other].leftCols<2>() += end.immersed_force * other_slope.head<2>().transpose();
+        }
     }
 }
 

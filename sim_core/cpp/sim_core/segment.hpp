@@ -19,6 +19,7 @@ struct SegmentConstants {
     double half_mass;         ///< kg
     double half_weight;       ///< N, in air
     double half_buoyancy;     ///< N, immersed
+    double half_displaced_mass;   ///< kg of water, immersed
     double half_normal_drag;      ///< ½ ρ Cn d ℓ/2, N/(m/s)²
     double half_tangential_drag;  ///< ½ ρ Ct π d ℓ/2, N/(m/s)²
     double half_added_mass;   ///< Ca ρ (π d²/4) ℓ/2, kg
@@ -30,6 +31,7 @@ struct EndMotion {
     const Vec3& position;
     const Vec3& velocity;
     const Vec3& acceleration;
+    const WaterMotion& water;  ///< at the end
 };
 
 /// Intermediate results at one end, kept from the forces for their derivatives.
@@ -39,10 +41,10 @@ struct EndCache {
     Vec3 normal_flow;       ///< relative water velocity across the segment, m/s
     double normal_speed;
     double tangential_flow;
-    Vec3 acceleration;      ///< m/s²
+    Vec3 acceleration;      ///< relative to the water's, m/s²
     double wet;             ///< immersed fraction of this half
-    double wet_own;         ///< its derivative with respect to this end's z, 1/m
-    double wet_other;       ///< … and to the other end's z
+    double wet_own;         ///< its derivative with respect to this end's height above the surface, 1/m
+    double wet_other;       ///< … and to the other end's
 };
 
 struct SegmentCache {
@@ -66,12 +68,16 @@ struct SegmentJacobian {
 /// Tension EA ε + c ε̇, no compression beyond the segment's own buckling force; weight and buoyancy; drag
 /// ½ρ Cn d |u_n| u_n + ½ρ Ct π d |u_t| u_t per length; added mass e (I − t tᵀ). Drag and added mass
 /// act at each half with that end's own velocity and acceleration (trapezoidal rule along the segment),
-/// so that a zigzag of neighbouring nodes is damped as well.
-void segment_forces(const SegmentConstants& constants, const Water& water, const EndMotion& a, const EndMotion& b,
-                    SegmentCache& cache);
+/// so that a zigzag of neighbouring nodes is damped as well. Water that accelerates pulls with the displaced mass (its
+/// pressure gradient: Froude–Krylov) and across the segment with the added mass.
+void segment_forces(const SegmentConstants& constants, const EndMotion& a, const EndMotion& b, SegmentCache& cache);
 
-/// Derivatives at the state for which `cache` was filled.
+/// Derivatives at the state for which `cache` was filled, with the same water everywhere.
 void segment_jacobian(const SegmentConstants& constants, const SegmentCache& cache, SegmentJacobian& jacobian);
+
+/// Adds the derivatives that come from the water's gradients at the two ends.
+void add_water_gradients(const SegmentConstants& constants, const SegmentCache& cache, const WaterMotion& water_a,
+                         const WaterMotion& water_b, SegmentJacobian& jacobian);
 
 /// Elastic energy, J (of the tension without damping, rounding at slack included).
 double segment_elastic_energy(const SegmentConstants& constants, const Vec3& a, const Vec3& b);

@@ -29,7 +29,8 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
       equations_(state.model),
       work_(state.model->blocks()),
       start_tension_(state.model->segments.size()),
-      start_taut_(state.model->segments.size()) {
+      start_taut_(state.model->segments.size()),
+      contacts_(*state.model) {
     if (!(max_step > 0.0) || !std::isfinite(max_step)) throw InvalidInput("max_step must be above 0 s");
     if (!(newton.tolerance > 0.0)) throw InvalidInput("newton_tolerance must be above 0");
     if (newton.max_iterations < 1) throw InvalidInput("max_iterations must be at least 1");
@@ -48,6 +49,7 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
         if (!(watch_->tolerance > 0.0)) throw InvalidInput("energy_tolerance must be above 0");
         start_balance();
     }
+    contacts_.look(state_);
 }
 
 void Simulator::solve_accelerations() {
@@ -84,6 +86,7 @@ NewtonResult Simulator::attempt(const Integrator& integrator, double h, double t
 
 NewtonResult Simulator::solve(const Scheme& scheme, double h, double t_end, const Motions& motions) {
     scheme.predict(state_, h);
+    state_.time = t_end;
     for (int i = 0; i < model().prescribed_sites; ++i) {
         const int site = model().free_sites + i;
         const MotionSample sample = motions[i]->at(t_end);
@@ -225,6 +228,7 @@ void Simulator::accept(double size, bool snap) {
     if (balance_) balance_->add_step();
     state_.rebase_attitudes();
     state_.last_step = size;
+    contacts_.look(state_);
     ++statistics_.steps;
     if (snap) {
         ++statistics_.snaps;
@@ -269,6 +273,8 @@ void Simulator::restore(const std::string& bytes) {
     state_.restore(bytes);
     equations_.evaluate(state_);
     if (balance_) balance_->begin(equations_, state_);
+    contacts_.forget();
+    contacts_.look(state_);
 }
 
 }  // namespace sim_core

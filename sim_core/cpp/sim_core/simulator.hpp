@@ -88,6 +88,8 @@ class Simulator {
     void start_balance();
     /// None until it was started. Restoring a state starts it anew.
     const std::optional<Balance>& balance() const { return balance_; }
+    /// What touched the tank since the start, or since the state was restored.
+    const ContactWatch& contacts() const { return contacts_; }
 
     /// Replaces the state by a saved one of the same model.
     void restore(const std::string& bytes);
@@ -118,6 +120,7 @@ class Simulator {
     std::vector<char> start_taut_;
     int worst_error_block_ = 0;  ///< of the last step error
     StepStatistics statistics_;
+    ContactWatch contacts_;
 };
 
 }  // namespace sim_core

@@ -25,7 +25,7 @@ class FirstGuess {
     FirstGuess(State& state, const Vec3& velocity, double lean)
         : state_(state),
           model_(*state.model),
-          flow_(model_.water.current - velocity),
+          flow_(model_.water.current.at(state.position[model_.free_sites].z(), 0.0) - velocity),
           lean_(lean),
           placed_(vertices(), false) {}
 
@@ -248,7 +248,13 @@ void tow_on(State& state, const std::vector<Vec3>& positions, const Vec3& veloci
 
 }  // namespace
 
-State steady_tow(std::shared_ptr<const Model> model, const std::vector<Vec3>& positions, const Vec3& velocity) {
+State steady_tow(std::shared_ptr<const Model> given, const std::vector<Vec3>& positions, const Vec3& velocity) {
+    std::shared_ptr<const Model> model = given;
+    if (given->water.changes()) {
+        auto calm = std::make_shared<Model>(*given);
+        calm->water = given->water.calm(0.0);
+        model = calm;
+    }
     if (positions.size() != static_cast<std::size_t>(model->prescribed_sites)) {
         throw InvalidInput("there must be one position for each of the " + std::to_string(model->prescribed_sites) +
                            " prescribed points");
@@ -287,6 +293,7 @@ State steady_tow(std::shared_ptr<const Model> model, const std::vector<Vec3>& po
                 << "; check weights, drag and stability at " << velocity.norm() << " m/s";
         throw ConvergenceError(message.str());
     }
+    state.model = given;
     return state;
 }
 

@@ -18,6 +18,8 @@ namespace sim_core {
 /// brings them. A direction without any stiffness (the heading of a body hanging at rest) stays where the guess put
 /// it: forward.
 ///
+/// Water that changes in time is taken without its waves and with its current as it is at time 0.
+///
 /// Throws ConvergenceError naming the place with the largest residual.
 State steady_tow(std::shared_ptr<const Model> model, const std::vector<Vec3>& positions, const Vec3& velocity);
 

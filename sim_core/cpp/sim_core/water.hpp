@@ -1,18 +1,84 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
+#include "current.hpp"
+#include "sea.hpp"
 #include "types.hpp"
 
 namespace sim_core {
 
-/// Still or uniformly moving water below z = 0 (tank axes: x along the run, z up).
-struct Water {
-    double density = 1000.0;         ///< kg/m³
-    double gravity = 9.81;           ///< m/s²
-    Vec3 current = Vec3::Zero();     ///< m/s, tank axes
+/// What the water does at one place and time, tank axes. Gradients: row i, column j is the derivative of
+/// component i with respect to coordinate j.
+struct WaterMotion {
+    Vec3 velocity = Vec3::Zero();             ///< u, m/s
+    Vec3 acceleration = Vec3::Zero();         ///< ∂u/∂t, m/s²
+    Mat3 velocity_gradient = Mat3::Zero();    ///< 1/s
+    Mat3 acceleration_gradient = Mat3::Zero();  ///< 1/s²
+    double elevation = 0.0;                   ///< of the surface above still water, m
+    double elevation_x = 0.0;                 ///< its slopes
+    double elevation_y = 0.0;
 
-    /// Velocity of the water at a place in tank axes, m/s.
-    Vec3 velocity_at(const Vec3& /*position*/) const { return current; }
+    /// Derivative of the height above the surface with respect to the place.
+    Vec3 height_slope() const { return {-elevation_x, -elevation_y, 1.0}; }
+};
+
+/// The water below the surface: a current, and waves on it. Tank axes: x along the run, z up, z = 0 at still water.
+struct Water {
+    double density = 1000.0;   ///< kg/m³
+    double gravity = 9.81;     ///< m/s²
+    Current current;
+    std::optional<Sea> waves;
+
+    /// The same motion everywhere and always: WaterMotion of the uniform current.
+    bool is_uniform_and_steady() const { return !waves && current.is_uniform_and_steady(); }
+
+    /// Whether it changes in time.
+    bool changes() const { return waves || current.series; }
+
+    /// This water without waves, and with its current as it is at a time (s).
+    Water calm(double time) const;
+};
+
+/// Asks the water what it does at many places at one instant. Holds the workspace of one simulation: nothing is
+/// allocated after construction.
+///
+/// Waves are linear (Airy), in the tank's frame, added to the current without interaction. Above and below still water
+/// Wheeler's stretching applies (Wheeler 1970, J. Petrol. Technol. 22, 359–367): velocity, acceleration and their
+/// gradients are those of linear theory at the height z' = (z − ζ) d/(d + ζ). A place above the surface has the motion of the
+/// surface below it.
+class WaterProbe {
+  public:
+    explicit WaterProbe(const Water& water);
+
+    /// The instant (s) of what is asked next.
+    void set_time(double time);
+
+    void at(const Vec3& position, WaterMotion& motion);
+
+  private:
+    void add_waves(const Vec3& position, WaterMotion& motion);
+
+    using Array = Eigen::ArrayXd;
+    template <int rows>
+    using Weights = Eigen::Matrix<double, rows, Eigen::Dynamic, Eigen::RowMajor>;
+
+    Current current_;
+    Vec3 series_velocity_ = Vec3::Zero();      // of the current at this instant
+    Vec3 series_acceleration_ = Vec3::Zero();
+    // Per train: constants, phase at this instant, and room for the sums at one place
+    double depth_ = 0.0;
+    double ramp_time_ = 0.0;
+    double strength_ = 1.0;       // of the waves at this instant, from the ramp
+    double strength_rate_ = 0.0;  // 1/s
+    Array k_, k_x_, k_y_, frequency_, phase_, decay_, finite_;
+    Array phase_now_, cosine_, sine_, grow_, C_, S_;
+    // Coefficients of what is summed over trains: ζ and its slopes; u, ∂u/∂t and their gradients
+    Weights<1> elevation_;
+    Weights<2> slope_;
+    Weights<5> C_cosine_, C_sine_;
+    Weights<3> S_cosine_, S_sine_;
 };
 
 /// Immersed fraction of something that reaches `half_height` up and down from its centre.

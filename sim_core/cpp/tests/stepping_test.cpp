@@ -30,8 +30,9 @@ void check(bool holds, const char* what) {
 using namespace sim_core;
 
 /// A two-part tow with a fish on fins, `segments` in all.
-std::shared_ptr<const Model> two_part_tow(int segments) {
-    ModelBuilder builder{Water{}};
+std::shared_ptr<const Model> two_part_tow(int segments, const Water& water = {}, const std::optional<Tank>& tank = {}) {
+    ModelBuilder builder{water};
+    if (tank) builder.set_tank(*tank);
     builder.add_prescribed_point("tow_point");
     builder.add_free_point("junction", {});
     builder.add_free_point("depressor", {5.25, 0.697e-3, FixedAxes{Vec3::Constant(0.0045), Vec3::Constant(0.35)}});
@@ -73,16 +74,31 @@ std::shared_ptr<const Model> two_part_tow(int segments) {
     return std::make_shared<const Model>(builder.build());
 }
 
-Simulator start(int segments, std::shared_ptr<const Integrator> integrator) {
-    const auto model = two_part_tow(segments);
+Simulator start(int segments, std::shared_ptr<const Integrator> integrator, const Water& water = {},
+                const std::optional<Tank>& tank = {}) {
+    const auto model = two_part_tow(segments, water, tank);
     const State state = steady_tow(model, {Vec3(0, 0, -2)}, Vec3(1.75, 0, 0));
     return {state, std::move(integrator), 0.005, NewtonSettings{}};
 }
 
 const Sinusoid kMotion(Vec3(0, 0, -2), Vec3(1.75, 0, 0), 0.1, 1.6, 0.0, 3.0, 0.0);
 
-void test_step_allocates_nothing(std::shared_ptr<const Integrator> integrator) {
-    Simulator simulator = start(40, std::move(integrator));
+/// Waves of so many trains on a current that varies over depth and in time.
+Water moving_water(int trains) {
+    Jonswap spectrum;
+    spectrum.significant_height = 0.3;
+    spectrum.peak_period = 2.0;
+    spectrum.components = trains;
+    Water water;
+    water.waves = jonswap_sea(spectrum, 5.0, water.gravity, 2.0);
+    water.current.profile.emplace("profile", std::vector<std::pair<double, Vec3>>{{0.0, {0.1, 0, 0}}, {-5.0, {0, 0, 0}}});
+    water.current.series.emplace("series", std::vector<std::pair<double, Vec3>>{{0.0, {0, 0, 0}}, {9.0, {0, 0.1, 0}}});
+    return water;
+}
+
+void test_step_allocates_nothing(std::shared_ptr<const Integrator> integrator, const Water& water = {},
+                                 const std::optional<Tank>& tank = {}) {
+    Simulator simulator = start(40, std::move(integrator), water, tank);
     const Motions motions{&kMotion};
     simulator.step(0.01, motions);
     const long before = allocations;
@@ -90,6 +106,7 @@ void test_step_allocates_nothing(std::shared_ptr<const Integrator> integrator) {
     simulator.step_to(8.005, kMotion.at(8.005).position, kMotion.at(8.005).velocity);
     check(allocations == before, "stepping allocates no memory");
     check(simulator.statistics().newton_iterations >= simulator.statistics().steps, "and does iterate");
+    if (tank) check(!simulator.contacts().events().empty(), "and touches the floor");
 }
 
 /// A random matrix on a ring with a tail (fill-in needed) against a dense solution.
@@ -136,9 +153,9 @@ void test_tree_has_no_fill() {
     check(model->structure.slots() == blocks + 2 * (100 - 1 - 1 + 3), "a tree of lines needs no fill-in");
 }
 
-void print_cost() {
-    for (const int segments : {20, 40, 80, 160, 320, 640, 1280}) {
-        Simulator simulator = start(segments, std::make_shared<GeneralizedAlpha>(0.8));
+void print_cost(const Water& water, std::initializer_list<int> sizes) {
+    for (const int segments : sizes) {
+        Simulator simulator = start(segments, std::make_shared<GeneralizedAlpha>(0.8), water);
         const Motions motions{&kMotion};
         simulator.step(4.0, motions);
         double best = 1e300;
@@ -169,11 +186,19 @@ void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 int main(int argc, char** argv) {
     if (argc > 1 && std::strcmp(argv[1], "time") == 0) {
-        print_cost();
+        print_cost({}, {20, 40, 80, 160, 320, 640, 1280});
+        for (const int trains : {1, 50, 200}) {
+            std::printf("in waves of %d trains:\n", trains);
+            print_cost(moving_water(trains), {40, 320});
+        }
         return 0;
     }
     test_step_allocates_nothing(std::make_shared<GeneralizedAlpha>(0.8));
     test_step_allocates_nothing(std::make_shared<Box>());  // a step in two parts
+    Tank tank;
+    tank.floor = -4.0;  // between where the depressor runs and where its heave takes it
+    tank.stiffness = 1e4;
+    test_step_allocates_nothing(std::make_shared<GeneralizedAlpha>(0.8), moving_water(50), tank);
     test_block_solver_with_a_closed_loop();
     test_tree_has_no_fill();
     return failures == 0 ? 0 : 1;

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_core._core import InvalidInput, Model, State
+from sim_core._core import Contact, InvalidInput, Model, State
 
 if TYPE_CHECKING:
     import xarray
@@ -139,6 +139,7 @@ class Result:
     snaps: int  #: steps in which a line snapped taut or slack
     energy: Mapping[str, Array]  #: (samples,) J of each form of EnergyBalance, if asked for
     momentum: Mapping[str, Array]  #: (samples, 3) N·s of each form of MomentumBalance, if asked for
+    events: tuple[Contact, ...]  #: what touched the tank, in order of time; the first 1000
 
     @property
     def model(self) -> Model:

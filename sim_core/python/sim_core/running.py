@@ -71,6 +71,7 @@ def run(
         snaps=simulator.snaps,
         energy=arrays.get("energy", {}),
         momentum=arrays.get("momentum", {}),
+        events=tuple(simulator.contacts),
     )
 
 

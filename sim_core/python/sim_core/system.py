@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, TypeVar
 
-from sim_core._core import Body, InvalidInput, LineProperties, Model, ModelBuilder, Water
+from sim_core._core import Body, InvalidInput, LineProperties, Model, ModelBuilder, Tank, Water
 
 Triple = tuple[float, float, float]
 Described = TypeVar("Described", bound="_Described")
@@ -119,6 +119,7 @@ class System:
     points: Mapping[str, PrescribedPoint | FreePoint | Weathervane]
     bodies: Mapping[str, Body] = field(default_factory=dict)
     lines: Mapping[str, Line | SectionedLine]
+    tank: Tank | None = None
 
     def __post_init__(self) -> None:
         for name in ("points", "bodies", "lines"):
@@ -135,7 +136,7 @@ class System:
             line = SectionedLine(**model._describe_line(name))
             lines[name] = line.as_uniform() or line
         bodies = {name: model._body(name) for name in model.bodies}
-        return System(water=model.water, points=points, bodies=bodies, lines=lines)
+        return System(water=model.water, points=points, bodies=bodies, lines=lines, tank=model.tank)
 
     def replace(self, changes: Mapping[str, object]) -> System:
         """A copy with other values at dotted paths; the rest is shared.
@@ -159,6 +160,8 @@ class System:
         and for what is not connected to a prescribed point.
         """
         builder = ModelBuilder(self.water)
+        if self.tank is not None:
+            builder.set_tank(self.tank)
         for name, point in self.points.items():
             match point:
                 case PrescribedPoint():

@@ -168,7 +168,11 @@ places: (3,) m in body axes by name, where sensors sit: see BodyHistory.at.)")
             const Vec3 v = to_vec3(velocity);
             Vec3 force, moment;
             BodyJacobian jacobian;
-            BodyForce("body", body, water).evaluate(water, {position, rotation, v, zero, zero, zero}, force, moment, jacobian);
+            const Water uniform{water.density, water.gravity, {water.current.at(position.z(), 0.0), {}, {}}, {}};
+            std::vector<WaterMotion> along(1);
+            WaterProbe(uniform).at(position, along[0]);
+            BodyForce("body", body, uniform)
+                .evaluate(uniform, along, {position, rotation, v, zero, zero, zero}, force, moment, jacobian);
             // in body axes: Rᵀ F changes with Rᵀ too
             const Vec3 seen = rotation.transpose() * force;
             const Mat3 force_turn = rotation.transpose() * jacobian.position.block<3, 3>(0, 3) + skew(seen);

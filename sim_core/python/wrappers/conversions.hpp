@@ -106,7 +106,17 @@ std::vector<Value> per_prescribed_point(const Model& model,
     return values;
 }
 
+/// A ContactEvent with the names of what touched.
+struct Contact {
+    std::string place;
+    std::string side;
+    Vec3 position;
+    double time;
+    double released;
+};
+
 void bind_sea(nb::module_& module);
+void bind_tank(nb::module_& module);
 void bind_water(nb::module_& module);
 void bind_lines(nb::module_& module);
 void bind_bodies(nb::module_& module);

@@ -107,6 +107,7 @@ void bind_model(nb::module_& module) {
         .def("_describe_point", [](const SharedModel& m, const std::string& name) { return describe_point(m.model->points[m.model->point_index(name)]); })
         .def("_describe_line", [](const SharedModel& m, const std::string& name) { return describe_line(m.model->lines[m.model->line_index(name)]); })
         .def("_body", [](const SharedModel& m, const std::string& name) { return m.model->bodies[m.model->body_index(name)].force.body(); })
+        .def_prop_ro("tank", [](const SharedModel& m) { return m.model->tank; }, "The Tank, or None.")
         // Where things stand in a recording, for Result.
         .def("_point_site", [](const SharedModel& m, const std::string& name) { return m.model->points[m.model->point_index(name)].site; })
         .def("_body_entry", [](const SharedModel& m, const std::string& name) { return m.model->sites() + 2 * m.model->body_index(name); })
@@ -147,6 +148,7 @@ Raises InvalidInput (a ValueError) naming the part for impossible values and unk
             "mass: kg; volume: m³; drag_area: Cd·A m² and added_mass: kg along the axis, across it and vertical;\n"
             "turning_speed: m/s, below which the flow does not turn it and the mean of along and across counts.\n"
             "There is no sideslip: the fin is taken to be fast.")
+        .def("set_tank", &ModelBuilder::set_tank, "tank"_a, "Put the system into a tank.")
         .def("add_body", &ModelBuilder::add_body, "name"_a, "body"_a, "Add a rigid body.")
         .def(
             "add_line",

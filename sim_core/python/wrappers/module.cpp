@@ -12,6 +12,7 @@ NB_MODULE(_core, module) {
     // Objects that a Python module still holds when the interpreter ends are no leaks of ours.
     nb::set_leak_warnings(false);
     sim_core::python::bind_sea(module);
+    sim_core::python::bind_tank(module);
     sim_core::python::bind_water(module);
     sim_core::python::bind_lines(module);
     sim_core::python::bind_bodies(module);

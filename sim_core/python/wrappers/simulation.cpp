@@ -374,6 +374,20 @@ The GIL is released while stepping; use each simulator from one thread at a time
         .def(
             "restore", [](Simulator& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
             "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.")
+        .def_prop_ro(
+            "contacts",
+            [](const Simulator& s) {
+                std::vector<Contact> contacts;
+                for (const ContactEvent& event : s.contacts().events()) {
+                    contacts.push_back({s.model().contact_places[event.place].name,
+                                        s.model().tank_sides[event.side].name, event.position, event.time,
+                                        event.released});
+                }
+                return contacts;
+            },
+            "What touched the tank since the start or the last restore, in order of time; the first 1000.")
+        .def_prop_ro("contacts_lost", [](const Simulator& s) { return s.contacts().lost(); },
+                     "Contacts beyond those.")
         .def("copy", [](const Simulator& s) { return std::make_unique<Simulator>(s); },
              "An independent simulator at the same state.")
         .def("start_balance", &Simulator::start_balance,

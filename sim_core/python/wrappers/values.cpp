@@ -101,7 +101,8 @@ void bind_value(nb::handle cls) {
 }  // namespace
 
 void bind_values(nb::module_& module) {
-    for (const char* name : {"Sea", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body"}) {
+    for (const char* name :
+         {"Current", "Sea", "Tank", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body"}) {
         bind_value(module.attr(name));
     }
 }

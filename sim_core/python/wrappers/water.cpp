@@ -5,19 +5,85 @@ namespace sim_core::python {
 
 using namespace nb::literals;
 
-void bind_water(nb::module_& module) {
-    nb::class_<Water>(module, "Water", R"(The water below z = 0.
+namespace {
 
-density: kg/m³; gravity: m/s²; current: (3,) m/s in tank axes, uniform and steady.)")
+using Rows = std::vector<std::pair<double, Triple>>;
+
+std::optional<VelocityTable> to_table(const std::string& name, const std::optional<Rows>& rows) {
+    if (!rows) return std::nullopt;
+    std::vector<std::pair<double, Vec3>> converted;
+    for (const auto& [coordinate, velocity] : *rows) converted.emplace_back(coordinate, to_vec3(velocity));
+    return VelocityTable(name, std::move(converted));
+}
+
+std::optional<Rows> to_rows(const std::optional<VelocityTable>& table) {
+    if (!table) return std::nullopt;
+    Rows rows;
+    for (const auto& [coordinate, velocity] : table->rows()) rows.emplace_back(coordinate, to_triple(velocity));
+    return rows;
+}
+
+}  // namespace
+
+void bind_water(nb::module_& module) {
+    nb::class_<Current>(module, "Current", R"(A current that varies over depth or in time: the sum of its parts.
+
+uniform: (3,) m/s in tank axes; profile: pairs (z, velocity) in m and (3,) m/s; series: pairs (time, velocity) in s and
+(3,) m/s. Between the rows a cubic with continuous slope that never overshoots (Fritsch & Carlson 1980), beyond the
+first and last row constant. Raises InvalidInput.)")
         .def(
             "__init__",
-            [](Water* self, double density, double gravity, const Triple& current) {
-                new (self) Water{density, gravity, to_vec3(current)};
+            [](Current* self, const Triple& uniform, const std::optional<Rows>& profile,
+               const std::optional<Rows>& series) {
+                new (self) Current{to_vec3(uniform), to_table("current profile", profile),
+                                   to_table("current series", series)};
             },
-            nb::kw_only(), "density"_a = 1000.0, "gravity"_a = 9.81, "current"_a = Triple{})
+            nb::kw_only(), "uniform"_a = Triple{}, "profile"_a = nb::none(), "series"_a = nb::none())
+        .def_ro("uniform", &Current::uniform)
+        .def_prop_ro("profile", [](const Current& c) { return to_rows(c.profile); })
+        .def_prop_ro("series", [](const Current& c) { return to_rows(c.series); });
+
+    nb::class_<WaterMotion>(module, "WaterMotion", "What the water does at one place and time, tank axes.")
+        .def_ro("velocity", &WaterMotion::velocity, "(3,) m/s")
+        .def_ro("acceleration", &WaterMotion::acceleration, "(3,) m/s², the local one: ∂u/∂t")
+        .def_ro("velocity_gradient", &WaterMotion::velocity_gradient, "(3, 3) 1/s: row i, column j is ∂u_i/∂x_j")
+        .def_ro("acceleration_gradient", &WaterMotion::acceleration_gradient, "(3, 3) 1/s², likewise")
+        .def_ro("elevation", &WaterMotion::elevation, "m, of the surface there above still water")
+        .def_prop_ro(
+            "elevation_slope",
+            [](const WaterMotion& m) { return std::array<double, 2>{m.elevation_x, m.elevation_y}; }, "(2,) ∂ζ/∂x, ∂ζ/∂y");
+
+    nb::class_<Water>(module, "Water", R"(The water below its surface.
+
+density: kg/m³; gravity: m/s²; current: (3,) m/s in tank axes if uniform and steady, else a Current; waves: a Sea.
+Waves are linear, stretched to the surface after Wheeler (1970), and added to the current without interaction.)")
+        .def(
+            "__init__",
+            [](Water* self, double density, double gravity, const std::variant<Triple, Current>& current,
+               const std::optional<Sea>& waves) {
+                const Triple* uniform = std::get_if<Triple>(&current);
+                new (self) Water{density, gravity,
+                                 uniform ? Current{to_vec3(*uniform), {}, {}} : std::get<Current>(current), waves};
+            },
+            nb::kw_only(), "density"_a = 1000.0, "gravity"_a = 9.81, "current"_a = Triple{}, "waves"_a = nb::none())
         .def_ro("density", &Water::density)
         .def_ro("gravity", &Water::gravity)
-        .def_ro("current", &Water::current);
+        .def_prop_ro("current",
+                     [](const Water& w) -> std::variant<Vec3, Current> {
+                         if (w.current.is_uniform_and_steady()) return w.current.uniform;
+                         return w.current;
+                     })
+        .def_ro("waves", &Water::waves)
+        .def(
+            "motion",
+            [](const Water& w, const Triple& position, double time) {
+                WaterProbe probe(w);
+                probe.set_time(time);
+                WaterMotion motion;
+                probe.at(to_vec3(position), motion);
+                return motion;
+            },
+            "position"_a, "time"_a, "What it does at a place (m, tank axes) and a time (s).");
 }
 
 }  // namespace sim_core::python

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "conversions.hpp"
+
+namespace sim_core::python {
+
+using namespace nb::literals;
+
+void bind_tank(nb::module_& module) {
+    nb::class_<Tank>(module, "Tank", R"(Floor and walls that push back what touches them, as far as they are given.
+
+floor: z, m; width: m, walls at y = ±width/2; ends: x of the aft and the forward end wall, m.
+Nodes of lines, free points, and nose, middle and tail of hulls touch as spheres with the radius of what is there (a
+point's from its volume). At a depth d they are pushed with stiffness · d · (1 + damping · ḋ), never pulled (Hunt & Crossley
+1975): stiffness N/m, damping s/m; rounded off within ±onset (m) of d = 0. friction: Coulomb's coefficient, in full
+from about sliding_speed (m/s) on. Fins do not touch. Raises InvalidInput.)")
+        .def(
+            "__init__",
+            [](Tank* self, double stiffness, std::optional<double> floor, std::optional<double> width,
+               std::optional<std::pair<double, double>> ends, double damping, double friction, double onset,
+               double sliding_speed) {
+                const Tank tank{floor, width, ends, stiffness, damping, friction, onset, sliding_speed};
+                (void)tank_sides(tank);  // validates
+                new (self) Tank(tank);
+            },
+            nb::kw_only(), "stiffness"_a, "floor"_a = nb::none(), "width"_a = nb::none(), "ends"_a = nb::none(),
+            "damping"_a = Tank{}.damping, "friction"_a = Tank{}.friction, "onset"_a = Tank{}.onset,
+            "sliding_speed"_a = Tank{}.sliding_speed)
+        .def_ro("stiffness", &Tank::stiffness)
+        .def_ro("floor", &Tank::floor)
+        .def_ro("width", &Tank::width)
+        .def_ro("ends", &Tank::ends)
+        .def_ro("damping", &Tank::damping)
+        .def_ro("friction", &Tank::friction)
+        .def_ro("onset", &Tank::onset)
+        .def_ro("sliding_speed", &Tank::sliding_speed);
+
+    nb::class_<Contact>(module, "Contact", "Something touched the tank.")
+        .def_ro("place", &Contact::place, "what touched, as \"line 'cable' node 3\" or \"body 'fish' nose\"")
+        .def_ro("side", &Contact::side, "floor, port wall, starboard wall, aft end or forward end")
+        .def_ro("position", &Contact::position, "(3,) m, of the place when it touched")
+        .def_ro("time", &Contact::time, "s, at the end of the step that touched")
+        .def_ro("released", &Contact::released, "s, likewise; inf while it still touches")
+        .def("__repr__", [](const Contact& c) {
+            return nb::str("Contact(place={!r}, side={!r}, time={!r}, released={!r})")
+                .format(c.place, c.side, c.time, c.released);
+        });
+}
+
+}  // namespace sim_core::python
