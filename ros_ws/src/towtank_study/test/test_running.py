@@ -13,6 +13,7 @@ from towtank_study.evaluation import Outcome, TowEvaluation, changed
 from towtank_study.journal import Journal
 from towtank_study.results import unit_of
 from towtank_study.running import JOURNAL, run_study
+from towtank_study.summary import by_reason
 
 
 def test_results_hold_units_and_texts(plan, one_thread, tmp_path):
@@ -73,6 +74,16 @@ def test_what_cannot_be_solved_says_why(plan, one_thread, tmp_path):
     assert "alpha" in errors[2]
     assert errors[3] is not None
     assert (summary["samples"], summary["failed"]) == (4, 3)
+
+
+def test_errors_are_counted_by_reason():
+    texts = [
+        "no tow: 1.5 N at t = 2 s",
+        "alpha too high",
+        "alpha too high",
+        "no tow: 3e-05 N at t = 7 s",
+    ]
+    assert by_reason([*texts, "no tow: 2 N at t = 9 s"]) == {texts[0]: 3, texts[1]: 2}
 
 
 def test_linked_paths_and_values_beyond_the_rigs_range(plan):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -39,7 +40,7 @@ def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> d
         "references": [reference.model_dump() for reference in study.references],
         "samples": table.num_rows,
         "failed": len(errors),
-        "errors": dict(Counter(errors).most_common()),
+        "errors": by_reason(errors),
         "parameters": {
             variable.path: {
                 "unit": variable.unit,
@@ -75,6 +76,19 @@ def summarise(study: Study, variables: Sequence[Variable], table: pa.Table) -> d
             for row in trade_off_rows(study.design, table)
         ]
     return summary
+
+
+def by_reason(errors: Sequence[str]) -> dict[str, int]:
+    """Return how many errors there are of each reason, the most frequent first; what differs in
+    numbers only is one reason, for which its first text stands."""
+    first: dict[str, str] = {}
+    counts: Counter[str] = Counter()
+    for error in errors:
+        counts[first.setdefault(_NUMBER.sub("#", error), error)] += 1
+    return dict(counts.most_common())
+
+
+_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
 
 def column(table: pa.Table, name: str) -> NDArray[np.float64]:
