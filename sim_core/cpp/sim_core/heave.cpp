@@ -20,8 +20,8 @@ Sinusoid::Sinusoid(const Vec3& mean, const Vec3& velocity, double amplitude, dou
       phase_(phase),
       ramp_time_(ramp_time) {
     require_finite("sinusoid", {amplitude, period, phase, ramp_time});
-    require(period > 0.0, "sinusoid: period must be above 0 s");
-    require(ramp_time >= 0.0, "sinusoid: ramp_time must not be below 0 s");
+    require_law(period > 0.0, "sinusoid: period must be above 0 s");
+    require_law(ramp_time >= 0.0, "sinusoid: ramp_time must not be below 0 s");
 }
 
 MotionSample Sinusoid::at(double time) const {
@@ -44,9 +44,9 @@ SliderCrank::SliderCrank(const Vec3& mean, const Vec3& velocity, double crank_ra
       phase_(phase),
       ramp_time_(ramp_time) {
     require_finite("slider crank", {crank_radius, rod_length, period, phase, ramp_time});
-    require(period > 0.0, "slider crank: period must be above 0 s");
-    require(crank_radius >= 0.0 && rod_length > crank_radius, "slider crank: rod_length must exceed crank_radius");
-    require(ramp_time >= 0.0, "slider crank: ramp_time must not be below 0 s");
+    require_law(period > 0.0, "slider crank: period must be above 0 s");
+    require_law(crank_radius >= 0.0 && rod_length > crank_radius, "slider crank: rod_length must exceed crank_radius");
+    require_law(ramp_time >= 0.0, "slider crank: ramp_time must not be below 0 s");
 }
 
 MotionSample SliderCrank::at(double time) const {

@@ -14,7 +14,7 @@ void require_finite(const char* law, std::initializer_list<double> values) {
     }
 }
 
-void require(bool holds, const char* what) {
+void require_law(bool holds, const char* what) {
     if (!holds) throw InvalidInput(what);
 }
 
@@ -29,7 +29,7 @@ Ramp ramp(double time, double duration) {
 }
 
 MotionSum::MotionSum(std::vector<std::shared_ptr<const Motion>> parts) : parts_(std::move(parts)) {
-    require(!parts_.empty(), "a sum of motions needs at least one");
+    require_law(!parts_.empty(), "a sum of motions needs at least one");
 }
 
 MotionSample MotionSum::at(double time) const {

@@ -49,6 +49,6 @@ class MotionSum : public Motion {
 void require_finite(const char* law, std::initializer_list<double> values);
 
 /// Throws InvalidInput saying `what` unless it holds.
-void require(bool holds, const char* what);
+void require_law(bool holds, const char* what);
 
 }  // namespace sim_core

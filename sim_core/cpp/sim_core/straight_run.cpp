@@ -6,7 +6,7 @@ namespace sim_core {
 SteadyTow::SteadyTow(const Vec3& position, const Vec3& velocity, double run_up_time)
     : position_(position), velocity_(velocity), run_up_time_(run_up_time) {
     require_finite("tow", {position.sum(), velocity.sum(), run_up_time});
-    require(run_up_time >= 0.0, "run_up_time must not be below 0 s");
+    require_law(run_up_time >= 0.0, "run_up_time must not be below 0 s");
 }
 
 MotionSample SteadyTow::at(double time) const {
@@ -18,8 +18,8 @@ EmergencyStop::EmergencyStop(const Vec3& position, const Vec3& velocity, double 
                              double run_up_time)
     : tow_(position, velocity, run_up_time), velocity_(velocity), stop_time_(stop_time), stopping_time_(stopping_time) {
     require_finite("emergency stop", {stop_time, stopping_time});
-    require(stop_time >= run_up_time, "emergency stop: stop_time must not lie in the run-up");
-    require(stopping_time >= 0.0, "emergency stop: stopping_time must not be below 0 s");
+    require_law(stop_time >= run_up_time, "emergency stop: stop_time must not lie in the run-up");
+    require_law(stopping_time >= 0.0, "emergency stop: stopping_time must not be below 0 s");
 }
 
 MotionSample EmergencyStop::at(double time) const {

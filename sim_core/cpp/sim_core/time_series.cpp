@@ -8,13 +8,13 @@ namespace sim_core {
 
 TimeSeries::TimeSeries(std::vector<double> time, std::vector<Vec3> position, std::vector<Vec3> velocity)
     : time_(std::move(time)), position_(std::move(position)), velocity_(std::move(velocity)) {
-    require(time_.size() >= 2, "time series: at least two samples are needed");
-    require(position_.size() == time_.size() && velocity_.size() == time_.size(),
+    require_law(time_.size() >= 2, "time series: at least two samples are needed");
+    require_law(position_.size() == time_.size() && velocity_.size() == time_.size(),
             "time series: time, position and velocity must have the same length");
     for (std::size_t i = 0; i < time_.size(); ++i) {
-        require(std::isfinite(time_[i]) && position_[i].allFinite() && velocity_[i].allFinite(),
+        require_law(std::isfinite(time_[i]) && position_[i].allFinite() && velocity_[i].allFinite(),
                 "time series: all values must be finite");
-        require(i == 0 || time_[i] > time_[i - 1], "time series: times must increase");
+        require_law(i == 0 || time_[i] > time_[i - 1], "time series: times must increase");
     }
 }
 

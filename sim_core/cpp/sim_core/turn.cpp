@@ -23,12 +23,12 @@ Turn::Turn(const Vec3& position, const Vec3& velocity, double start_time, double
       entry_time_(entry_time),
       rise_(angle / rate_) {
     require_finite("turn", {start_time, radius, angle, entry_time});
-    require(speed_ > 0.0 && velocity.z() == 0.0, "turn: the velocity must be level and not zero");
-    require(radius > 0.0, "turn: radius must be above 0 m");
-    require(angle != 0.0, "turn: angle must not be 0");
-    require(start_time >= run_up_time, "turn: start_time must not lie in the run-up");
-    require(entry_time >= 0.0, "turn: entry_time must not be below 0 s");
-    require(rise_ >= entry_time, "turn: the angle is reached before the full rate of turn; shorten entry_time");
+    require_law(speed_ > 0.0 && velocity.z() == 0.0, "turn: the velocity must be level and not zero");
+    require_law(radius > 0.0, "turn: radius must be above 0 m");
+    require_law(angle != 0.0, "turn: angle must not be 0");
+    require_law(start_time >= run_up_time, "turn: start_time must not lie in the run-up");
+    require_law(entry_time >= 0.0, "turn: entry_time must not be below 0 s");
+    require_law(rise_ >= entry_time, "turn: the angle is reached before the full rate of turn; shorten entry_time");
     ahead_ = velocity / speed_;
     abeam_ = Vec3::UnitZ().cross(ahead_);
     start_ = tow_.at(start_time).position;

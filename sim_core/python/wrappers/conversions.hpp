@@ -122,6 +122,7 @@ void bind_lines(nb::module_& module);
 void bind_bodies(nb::module_& module);
 void bind_model(nb::module_& module);
 void bind_motion(nb::module_& module);
+void bind_ship_response(nb::module_& module);
 void bind_simulation(nb::module_& module);
 void bind_values(nb::module_& module);
 
