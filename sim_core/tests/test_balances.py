@@ -193,6 +193,26 @@ def test_bob_on_an_elastic_line_bounces():
     assert abs(e.numerical) < 1e-5 * e.exchanged
 
 
+def test_waves_and_current_leave_nothing_unclassified():
+    """A line that reaches out of the waves: all forces have a kind, and the balance closes."""
+    sea = sc.regular_waves(height=0.3, period=2.0, direction=0.5, ramp_time=1.0)
+    b = sc.ModelBuilder(sc.Water(current=(0.3, -0.1, 0), waves=sea))
+    b.add_prescribed_point("tow_point")
+    b.add_free_point("depressor", mass=5.0, volume=1e-3, drag_area=0.01, added_mass=0.5)
+    line = sc.LineProperties(
+        length=4.0, diameter=0.02, mass_per_length=0.6, axial_stiffness=1e5, axial_damping=100.0,
+        bending_stiffness=2.0,
+    )  # fmt: skip
+    b.add_line("line", "tow_point", "depressor", line, segments=8)
+    motion = sc.SteadyTow(position=(0, 0, 0.5), velocity=(1, 0, 0))
+    result = sc.run(b.build(), motion, t_end=6.0, output_step=1.0, balance=True)
+    e = {k: v[-1] for k, v in result.energy.items()}
+    assert e["exchanged"] > 10
+    assert abs(e["other"]) < 1e-9 * e["exchanged"]
+    assert abs(e["numerical"]) < 2e-3 * e["exchanged"]
+    assert e["damping"] < 0
+
+
 def test_tow_point_pays_for_the_drag(wu_chwang_model):
     """The tow of Wu & Chwang: its work over two periods is what drag takes and what is stored."""
     model = wu_chwang_model()

@@ -84,7 +84,7 @@ class Simulator {
     /// Tension of each segment of the whole model at the present state, N.
     double tension(int segment) const { return equations_.tension(segment); }
 
-    /// Counts energy and momentum from now on; costs about a Newton iteration's evaluations a step.
+    /// Counts energy and momentum from now on; costs about as much as the steps themselves.
     void start_balance();
     /// None until it was started. Restoring a state starts it anew.
     const std::optional<Balance>& balance() const { return balance_; }
