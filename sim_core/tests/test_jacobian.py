@@ -209,6 +209,40 @@ def test_matches_differences_with_bending(bending_model, seed, stretch, rates):
     assert np.abs(analytic - numeric).max() < 2e-6 * scale
 
 
+@pytest.fixture(scope="module")
+def curved_model():
+    """Tension over strain, drag over Reynolds number (speeds lie within the tables) and lift."""
+    b = sc.ModelBuilder(sc.Water(current=(0.2, -0.1, 0.05)))
+    b.add_prescribed_point("top")
+    b.add_free_point("end", mass=2.0)
+    line = sc.LineProperties(
+        length=1.0, diameter=0.02, mass_per_length=0.5, axial_damping=3.0, slack_tension=3.0,
+        axial_stiffness=[(0.0, 0.0), (0.1, 5.0), (0.2, 20.0), (0.4, 30.0)],
+        normal_drag=[(1e2, 1.5), (3e3, 1.0), (2e4, 1.2), (1e5, 0.3)],
+        tangential_drag=[(1e2, 0.3), (1e4, 0.1), (1e5, 0.05)],
+        lift=0.4,
+    )  # fmt: skip
+    b.add_line("line", "top", "end", line, segments=4)
+    return b.build()
+
+
+@settings(
+    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    height=st.floats(-2.0, 0.5),
+    seed=st.integers(0, 2**32 - 1),
+    stretch=st.sampled_from([0.003, 0.1]),
+    rates=st.sampled_from([(1, 0, 0), (0, 1, 0), (1, 300.0, 1e5)]),
+)
+def test_matches_differences_with_tables_and_lift(curved_model, height, seed, stretch, rates):
+    state = random_state(curved_model, height, seed, stretch)
+    analytic = _core._jacobian(state, rates)
+    numeric = central_differences(state, rates)
+    scale = max(rates[0] * 1e3, rates[1] * 10, rates[2] * 10)  # as above
+    assert np.abs(analytic - numeric).max() < 2e-6 * scale
+
+
 def test_matches_differences_on_stiff_wire(nit_model):
     state = random_state(nit_model(segments=(3, 2, 3)), 0.2, 5, 0.02)
     for rates in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):

@@ -3,21 +3,29 @@
 
 #include <optional>
 #include <string>
+#include <variant>
+#include <vector>
 
+#include "curve.hpp"
 #include "types.hpp"
 
 namespace sim_core {
+
+/// A constant, or a table of it over Reynolds number (see Curve::level_beyond; interpolated over the logarithm).
+using DragCoefficient = std::variant<double, Table>;
 
 /// A uniform line between two named points, or a uniform section of one.
 struct LineProperties {
     double length = 0.0;            ///< unstretched, m
     double diameter = 0.0;          ///< hydrodynamic, m
     double mass_per_length = 0.0;   ///< kg/m, in air
-    double axial_stiffness = 0.0;   ///< EA, N
+    /// EA, N, or a table of tension (N) over strain from (0, 0) on, increasing (see Curve::straight_beyond).
+    std::variant<double, Table> axial_stiffness = 0.0;
     double axial_damping = 0.0;     ///< N·s: tension per strain rate
     double bending_stiffness = 0.0; ///< EI, N·m²; with it a segment also carries compression, up to π²EI/ℓ²
-    double normal_drag = 1.2;       ///< Cn on the diameter
-    double tangential_drag = 0.01;  ///< Ct on the skin π d
+    DragCoefficient normal_drag = 1.2;       ///< Cn on the diameter; over |u_n| d/ν
+    DragCoefficient tangential_drag = 0.01;  ///< Ct on the skin π d; over |u_t| d/ν
+    double lift = 0.0;              ///< Cl on the diameter, of a faired section: side force along t × u_n
     double added_mass = 1.0;        ///< Ca across the line, of π d²/4
     std::optional<double> displaced_area;  ///< m² for buoyancy; default π d²/4
     std::optional<double> slack_tension;   ///< N; default 1 % of the whole line's weight in air

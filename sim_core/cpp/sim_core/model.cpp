@@ -32,6 +32,15 @@ void require(bool holds, const std::string& where, const char* what) {
     if (!holds) throw InvalidInput(where + ": " + what);
 }
 
+/// A constant coefficient; or 1, and the curve over the logarithm of the Reynolds number.
+double constant_part(const DragCoefficient& coefficient, std::shared_ptr<const Curve>& curve, const char* name) {
+    if (const double* constant = std::get_if<double>(&coefficient)) return *constant;
+    Table table = std::get<Table>(coefficient);
+    for (auto& [reynolds, value] : table) reynolds = std::log(reynolds);
+    curve = std::make_shared<Curve>(Curve::level_beyond(table, name));
+    return 1.0;
+}
+
 /// `line_weight` is that of the whole line in air, N.
 SegmentConstants segment_constants(const LineSection& section, double line_weight, const Water& water) {
     const LineProperties& p = section.properties;
@@ -39,7 +48,12 @@ SegmentConstants segment_constants(const LineSection& section, double line_weigh
     const double circle = 0.25 * std::numbers::pi * p.diameter * p.diameter;
     c.length = p.length / section.segments;
     const double half = 0.5 * c.length;
-    c.axial_stiffness = p.axial_stiffness;
+    if (const Table* table = std::get_if<Table>(&p.axial_stiffness)) {
+        c.tension_curve = std::make_shared<Curve>(Curve::straight_beyond(*table, "axial_stiffness"));
+        c.axial_stiffness = c.tension_curve->largest_slope();
+    } else {
+        c.axial_stiffness = std::get<double>(p.axial_stiffness);
+    }
     c.axial_damping = p.axial_damping;
     c.slack_tension = p.slack_tension.value_or(0.01 * line_weight);
     c.snap_tension = line_weight;
@@ -48,8 +62,12 @@ SegmentConstants segment_constants(const LineSection& section, double line_weigh
     c.half_weight = c.half_mass * water.gravity;
     c.half_displaced_mass = water.density * p.displaced_area.value_or(circle) * half;
     c.half_buoyancy = water.gravity * c.half_displaced_mass;
-    c.half_normal_drag = 0.5 * water.density * p.normal_drag * p.diameter * half;
-    c.half_tangential_drag = 0.5 * water.density * p.tangential_drag * std::numbers::pi * p.diameter * half;
+    const double half_dynamic = 0.5 * water.density * p.diameter * half;
+    c.half_normal_drag = half_dynamic * constant_part(p.normal_drag, c.normal_drag_curve, "normal_drag");
+    c.half_tangential_drag = std::numbers::pi * half_dynamic *
+                             constant_part(p.tangential_drag, c.tangential_drag_curve, "tangential_drag");
+    c.half_lift = half_dynamic * p.lift;
+    c.reynolds_per_speed = p.diameter / water.kinematic_viscosity;
     c.half_added_mass = p.added_mass * water.density * circle * half;
     c.radius = 0.5 * p.diameter;
     return c;
@@ -61,9 +79,31 @@ void require_possible(const LineSection& section, const std::string& where) {
     require(p.length > 0.0 && std::isfinite(p.length), where, "length must be above 0");
     require(p.diameter > 0.0 && std::isfinite(p.diameter), where, "diameter must be above 0");
     require(p.mass_per_length > 0.0 && std::isfinite(p.mass_per_length), where, "mass_per_length must be above 0");
-    require(p.axial_stiffness > 0.0 && std::isfinite(p.axial_stiffness), where, "axial_stiffness must be above 0");
-    for (const double value : {p.axial_damping, p.bending_stiffness, p.normal_drag, p.tangential_drag, p.added_mass,
-                               p.displaced_area.value_or(0.0)}) {
+    if (const double* constant = std::get_if<double>(&p.axial_stiffness)) {
+        require(*constant > 0.0 && std::isfinite(*constant), where, "axial_stiffness must be above 0");
+    } else {
+        const Table& table = std::get<Table>(p.axial_stiffness);
+        (void)Curve::straight_beyond(table, where + ": axial_stiffness");
+        require(table.front() == std::pair(0.0, 0.0), where, "the table axial_stiffness must begin with (0, 0)");
+        for (std::size_t i = 1; i < table.size(); ++i) {
+            require(table[i].second > table[i - 1].second, where, "tensions of the table axial_stiffness must increase");
+        }
+    }
+    for (const auto& [coefficient, name] : {std::pair(&p.normal_drag, "normal_drag"),
+                                            std::pair(&p.tangential_drag, "tangential_drag")}) {
+        if (const double* constant = std::get_if<double>(coefficient)) {
+            require(*constant >= 0.0 && std::isfinite(*constant), where, "coefficients must not be below 0");
+            continue;
+        }
+        const Table& table = std::get<Table>(*coefficient);
+        (void)Curve::level_beyond(table, where + ": " + name);
+        for (const auto& [reynolds, value] : table) {
+            require(reynolds > 0.0 && value >= 0.0, where,
+                    "Reynolds numbers must be above 0, coefficients not below");
+        }
+    }
+    require(std::isfinite(p.lift), where, "lift must be finite");
+    for (const double value : {p.axial_damping, p.bending_stiffness, p.added_mass, p.displaced_area.value_or(0.0)}) {
         require(value >= 0.0 && std::isfinite(value), where,
                 "damping, bending stiffness, coefficients and area must not be below 0");
     }
@@ -170,6 +210,8 @@ std::string Model::describe_block(int block) const {
 ModelBuilder::ModelBuilder(const Water& water) : water_(water) {
     require(water.density >= 0.0 && std::isfinite(water.density), "water", "density must not be below 0");
     require(water.gravity >= 0.0 && std::isfinite(water.gravity), "water", "gravity must not be below 0");
+    require(water.kinematic_viscosity > 0.0 && std::isfinite(water.kinematic_viscosity), "water",
+            "kinematic_viscosity must be above 0");
     require(water.current.uniform.allFinite(), "water", "current must be finite");
     if (water.waves) {
         const double g = water.waves->gravity();

@@ -2,6 +2,9 @@
 // One straight segment of a line: forces on its two ends and their derivatives.
 #pragma once
 
+#include <memory>
+
+#include "curve.hpp"
 #include "types.hpp"
 #include "water.hpp"
 
@@ -20,10 +23,16 @@ struct SegmentConstants {
     double half_weight;       ///< N, in air
     double half_buoyancy;     ///< N, immersed
     double half_displaced_mass;   ///< kg of water, immersed
-    double half_normal_drag;      ///< ½ ρ Cn d ℓ/2, N/(m/s)²
-    double half_tangential_drag;  ///< ½ ρ Ct π d ℓ/2, N/(m/s)²
+    double half_normal_drag;      ///< ½ ρ Cn d ℓ/2, N/(m/s)²; with Cn = 1 where it follows a curve
+    double half_tangential_drag;  ///< ½ ρ Ct π d ℓ/2, N/(m/s)²; likewise
+    double half_lift;             ///< ½ ρ Cl d ℓ/2, N/(m/s)²
     double half_added_mass;   ///< Ca ρ (π d²/4) ℓ/2, kg
     double radius;            ///< of the section, m: half height of a horizontal segment
+    double reynolds_per_speed;    ///< d/ν, s/m
+    // Absent where EA, Cn and Ct are constant
+    std::shared_ptr<const Curve> tension_curve;          ///< tension (N) over strain
+    std::shared_ptr<const Curve> normal_drag_curve;      ///< Cn over ln(|u_n| d/ν)
+    std::shared_ptr<const Curve> tangential_drag_curve;  ///< Ct over ln(|u_t| d/ν)
 };
 
 /// Position, velocity and acceleration of one end in tank axes.
@@ -41,6 +50,10 @@ struct EndCache {
     Vec3 normal_flow;       ///< relative water velocity across the segment, m/s
     double normal_speed;
     double tangential_flow;
+    double normal_factor;         ///< drag across per normal flow, N/(m/s)
+    double normal_factor_slope;   ///< its derivative with respect to the normal speed
+    double tangential_factor;     ///< and the same along the segment
+    double tangential_factor_slope;
     Vec3 acceleration;      ///< relative to the water's, m/s²
     double wet;             ///< immersed fraction of this half
     double wet_own;         ///< its derivative with respect to this end's height above the surface, 1/m
@@ -51,6 +64,7 @@ struct SegmentCache {
     Vec3 tangent;           ///< from end a to end b
     double inverse_length;  ///< 1/m, stretched
     double tension;         ///< N
+    double axial_stiffness; ///< N: slope of the elastic tension over the strain
     double tension_slope;   ///< d tension / d(EA ε + damping ε̇): 1 taut, 0 slack
     Vec3 normal_rate;       ///< relative velocity of the ends across the segment, m/s
     EndCache a, b;
@@ -66,7 +80,7 @@ struct SegmentJacobian {
 /// Forces on both ends (F − M a, so that the sum over all neighbours of a node vanishes).
 ///
 /// Tension EA ε + c ε̇, no compression beyond the segment's own buckling force; weight and buoyancy; drag
-/// ½ρ Cn d |u_n| u_n + ½ρ Ct π d |u_t| u_t per length; added mass e (I − t tᵀ). Drag and added mass
+/// ½ρ Cn d |u_n| u_n + ½ρ Ct π d |u_t| u_t and lift ½ρ Cl d |u_n| t × u_n per length; added mass e (I − t tᵀ). Drag and added mass
 /// act at each half with that end's own velocity and acceleration (trapezoidal rule along the segment),
 /// so that a zigzag of neighbouring nodes is damped as well. Water that accelerates pulls with the displaced mass (its
 /// pressure gradient: Froude–Krylov) and across the segment with the added mass.

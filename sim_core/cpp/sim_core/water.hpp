@@ -30,6 +30,7 @@ struct Water {
     double gravity = 9.81;     ///< m/s²
     Current current;
     std::optional<Sea> waves;
+    double kinematic_viscosity = 1.0e-6;  ///< m²/s; fresh water of 20 °C
 
     /// The same motion everywhere and always: WaterMotion of the uniform current.
     bool is_uniform_and_steady() const { return !waves && current.is_uniform_and_steady(); }

@@ -440,11 +440,9 @@ class _Reader:
             properties = types[row.words[1]].replace(length=length)
             if properties.axial_damping < 0.0:
                 # A ratio to the critical damping of a segment, as MoorDyn counts it.
-                unit = (
-                    length
-                    / segments
-                    * math.sqrt(properties.axial_stiffness * properties.mass_per_length)
-                )
+                stiffness = properties.axial_stiffness
+                assert isinstance(stiffness, float)  # tables are refused above
+                unit = length / segments * math.sqrt(stiffness * properties.mass_per_length)
                 properties = properties.replace(axial_damping=-properties.axial_damping * unit)
             start, end = (ends[key] for key in self._line_ends(row, rods))
             leaves, arrives = start.outward, end.outward

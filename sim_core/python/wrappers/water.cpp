@@ -55,17 +55,19 @@ first and last row constant. Raises InvalidInput.)")
 
     nb::class_<Water>(module, "Water", R"(The water below its surface.
 
-density: kg/m³; gravity: m/s²; current: (3,) m/s in tank axes if uniform and steady, else a Current; waves: a Sea.
+density: kg/m³; gravity: m/s²; current: (3,) m/s in tank axes if uniform and steady, else a Current; waves: a Sea;
+kinematic_viscosity: m²/s, for drag by Reynolds number.
 Waves are linear, stretched to the surface after Wheeler (1970), and added to the current without interaction.)")
         .def(
             "__init__",
             [](Water* self, double density, double gravity, const std::variant<Triple, Current>& current,
-               const std::optional<Sea>& waves) {
+               const std::optional<Sea>& waves, double kinematic_viscosity) {
                 const Triple* uniform = std::get_if<Triple>(&current);
                 new (self) Water{density, gravity,
-                                 uniform ? Current{to_vec3(*uniform), {}, {}} : std::get<Current>(current), waves};
+                                 uniform ? Current{to_vec3(*uniform), {}, {}} : std::get<Current>(current), waves, kinematic_viscosity};
             },
-            nb::kw_only(), "density"_a = 1000.0, "gravity"_a = 9.81, "current"_a = Triple{}, "waves"_a = nb::none())
+            nb::kw_only(), "density"_a = 1000.0, "gravity"_a = 9.81, "current"_a = Triple{}, "waves"_a = nb::none(),
+            "kinematic_viscosity"_a = 1.0e-6)
         .def_ro("density", &Water::density)
         .def_ro("gravity", &Water::gravity)
         .def_prop_ro("current",
@@ -74,6 +76,7 @@ Waves are linear, stretched to the surface after Wheeler (1970), and added to th
                          return w.current;
                      })
         .def_ro("waves", &Water::waves)
+        .def_ro("kinematic_viscosity", &Water::kinematic_viscosity)
         .def(
             "motion",
             [](const Water& w, const Triple& position, double time) {
