@@ -14,14 +14,18 @@ Energy energy(const State& state) {
     WaterMotion here;
     Energy e{0.0, 0.0, 0.0, 0.0};
     const auto immersed = [](double z) { return z < 0.0 ? 1.0 : 0.0; };
-    for (const Model::Segment& segment : model.segments) {
-        const SegmentConstants& c = model.segment_constants[segment.constants];
+    for (std::size_t i = 0; i < model.segments.size(); ++i) {
+        const Model::Segment& segment = model.segments[i];
+        const double length = state.segment_length(static_cast<int>(i));
+        if (length == 0.0) continue;  // on a drum
+        SegmentConstants c;
+        set_changing_segment(model.segment_constants[segment.constants], length, 0.0, c);
         const Vec3& a = state.position[segment.site[0]];
         const Vec3& b = state.position[segment.site[1]];
         const Vec3 t = (b - a).normalized();
         e.elastic += segment_elastic_energy(c, a, b);
         for (const int site : segment.site) {
-            if (!model.is_free(site) && !model.is_attached(site)) continue;
+            if (!state.moves_freely(site)) continue;
             const Vec3& v = state.velocity[site];
             const double z = state.position[site].z();
             const Vec3 across = v - v.dot(t) * t;

@@ -106,6 +106,7 @@ void add_turning_clamp(std::vector<Mat3>& J, const State& state, const Model::Cl
 Equations::Equations(std::shared_ptr<const Model> model)
     : model_(std::move(model)),
       solver_(model_->structure),
+      constants_(model_->segment_constants),
       segments_(model_->segments.size()),
       bends_(model_->bends.size()),
       clamps_(model_->clamps.size()),
@@ -119,6 +120,8 @@ Equations::Equations(std::shared_ptr<const Model> model)
       site_force_(model_->sites()),
       residual_(model_->blocks()),
       block_length_(model_->blocks(), 1.0) {
+    for (const Model::Segment& segment : model_->segments) constants_of_.push_back(segment.constants);
+    constants_.resize(constants_.size() + model_->winches.size());
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         block_length_[model_->rotation_block(static_cast<int>(b))] = 0.5 * model_->bodies[b].force.body().length;
     }
@@ -144,14 +147,28 @@ void Equations::ask_water(const State& state) {
     }
 }
 
+void Equations::follow_winches(const State& state) {
+    const Model& m = *model_;
+    for (std::size_t w = 0; w < m.winches.size(); ++w) {
+        const Winch& winch = m.winches[w];
+        const WinchState& now = state.winches[w];
+        const int nominal = m.segments[winch.first_segment].constants;
+        const int changing = static_cast<int>(m.segment_constants.size() + w);
+        for (int i = 0; i < winch.segments; ++i) constants_of_[winch.first_segment + i] = nominal;
+        constants_of_[winch.first_segment + now.drum] = changing;
+        set_changing_segment(constants_[nominal], now.changing_length(winch), now.rate, constants_[changing]);
+    }
+}
+
 void Equations::evaluate(const State& state) {
     const Model& m = *model_;
+    if (!m.winches.empty()) follow_winches(state);
     if (!same_water_) ask_water(state);
     for (Vec3& force : site_force_) force.setZero();
     for (std::size_t i = 0; i < m.segments.size(); ++i) {
         const int a = m.segments[i].site[0];
         const int b = m.segments[i].site[1];
-        segment_forces(m.segment_constants[m.segments[i].constants],
+        segment_forces(constants_[constants_of_[i]],
                        {state.position[a], state.velocity[a], state.acceleration[a], water_at(a)},
                        {state.position[b], state.velocity[b], state.acceleration[b], water_at(b)}, segments_[i]);
         site_force_[a] += segments_[i].a.force;
@@ -188,6 +205,17 @@ void Equations::evaluate(const State& state) {
         site_force_[site] += contacts_[i].force;
     }
     for (int i = 0; i < m.free_sites; ++i) residual_[i] = site_force_[i];
+    for (std::size_t w = 0; w < m.winches.size(); ++w) {
+        const Model::Line& line = m.lines[m.winches[w].line];
+        const int drum = state.winches[w].drum;
+        const SegmentCache& changing = segments_[line.first_segment + drum];
+        for (int i = 0; i < drum; ++i) {
+            residual_[line.sites[i + 1]].setZero();
+            // what is on the drum is shown as it comes off it
+            segments_[line.first_segment + i].tension = changing.tension;
+            segments_[line.first_segment + i].tension_slope = changing.tension_slope;
+        }
+    }
     for (std::size_t b = 0; b < m.bodies.size(); ++b) {
         const int body = static_cast<int>(b);
         const int entry = state.body_entry(body);
@@ -256,9 +284,9 @@ void Equations::assemble(const State& state, const Rates& rates) {
     SegmentJacobian& s = segment_jacobian_;
     for (std::size_t i = 0; i < m.segments.size(); ++i) {
         const Model::Segment& segment = m.segments[i];
-        segment_jacobian(m.segment_constants[segment.constants], segments_[i], s);
+        segment_jacobian(constants_[constants_of_[i]], segments_[i], s);
         if (!same_water_) {
-            add_water_gradients(m.segment_constants[segment.constants], segments_[i], water_at(segment.site[0]),
+            add_water_gradients(constants_[constants_of_[i]], segments_[i], water_at(segment.site[0]),
                                 water_at(segment.site[1]), s);
         }
         if (m.is_attached(segment.site[0]) || m.is_attached(segment.site[1])) {
@@ -301,6 +329,22 @@ void Equations::assemble(const State& state, const Rates& rates) {
                                                         rates.velocity * body.velocity.block<3, 3>(3 * row, 3) +
                                                         rates.acceleration *
                                                             body.acceleration.block<3, 3>(3 * row, 3);
+        }
+    }
+    if (!m.winches.empty()) hold_drums(state);
+}
+
+void Equations::hold_drums(const State& state) {
+    const Model& m = *model_;
+    std::vector<Mat3>& J = solver_.blocks();
+    for (std::size_t w = 0; w < m.winches.size(); ++w) {
+        const Model::Line& line = m.lines[m.winches[w].line];
+        for (int node = 1; node <= state.winches[w].drum; ++node) {
+            const int before = m.segments[line.first_segment + node - 1].slot[2][0];
+            const int after = m.segments[line.first_segment + node].slot[0][2];
+            if (before >= 0) J[before].setZero();
+            if (after >= 0) J[after].setZero();
+            J[line.sites[node]].setIdentity();
         }
     }
 }

@@ -69,9 +69,14 @@ class Equations {
     void add_attached_segment(const State& state, int segment, const Rates& rates);
     void add_bending(const State& state, const Rates& rates);
     void add_contacts(const State& state, const Rates& rates);
+    void follow_winches(const State& state);
+    void hold_drums(const State& state);
 
     std::shared_ptr<const Model> model_;
     BlockSolver solver_;
+    /// Those of the model and, at the end, one for the changing segment of each winch.
+    std::vector<SegmentConstants> constants_;
+    std::vector<int> constants_of_;  ///< per segment
     std::vector<SegmentCache> segments_;
     std::vector<BendingCache> bends_;
     std::vector<BendingCache> clamps_;

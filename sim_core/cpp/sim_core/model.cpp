@@ -139,6 +139,13 @@ void add_contact_places(Model& model, const Tank& tank) {
     }
 }
 
+Winch make_winch(const std::vector<LineSection>& sections, int line, int first_segment, double paid_out) {
+    const LineSection& wound = sections.front();
+    Winch winch{line, first_segment, wound.segments, wound.properties.length / wound.segments, 0.0, paid_out};
+    for (std::size_t i = 1; i < sections.size(); ++i) winch.beyond += sections[i].properties.length;
+    return winch;
+}
+
 /// The torsion springs of a line: at inner nodes the two half segments in series, EI/ℓ where both are alike; at a
 /// clamped end the half segment there, 2EI/ℓ. Ends that are not clamped carry no moment.
 void add_bending(Model& model, const Model::Line& line, const LineEnd ends[2]) {
@@ -185,6 +192,14 @@ void hash(std::uint64_t& h, std::uint64_t value) {  // FNV-1a over eight bytes
 int Model::point_index(const std::string& name) const { return index_of(points, name, "point"); }
 int Model::body_index(const std::string& name) const { return index_of(bodies, name, "body"); }
 int Model::line_index(const std::string& name) const { return index_of(lines, name, "line"); }
+
+int Model::winch_index(const std::string& line_name) const {
+    const int line = line_index(line_name);
+    for (std::size_t i = 0; i < winches.size(); ++i) {
+        if (winches[i].line == line) return static_cast<int>(i);
+    }
+    throw InvalidInput("line '" + line_name + "' has no winch; give it one with add_winch");
+}
 
 const Model::Point& Model::prescribed_point(int i) const {
     return *std::find_if(points.begin(), points.end(), [&](const Point& p) { return p.site == free_sites + i; });
@@ -270,7 +285,7 @@ void ModelBuilder::add_line(const std::string& name, const LineEnd& start, const
         require_possible(sections[i],
                          sections.size() == 1 ? where : where + " section " + std::to_string(i + 1));
     }
-    LineEntry line{name, {start, end}, sections};
+    LineEntry line{name, {start, end}, sections, {}};
     for (int i = 0; i < 2; ++i) {
         LineEnd& held = line.ends[i];
         require(has_point(held.at) || has_body(held.at), where,
@@ -302,6 +317,23 @@ void ModelBuilder::set_tank(const Tank& tank) {
     tank_ = tank;
 }
 
+void ModelBuilder::add_winch(const std::string& name, double paid_out) {
+    (void)index_of(lines_, name, "line");
+    LineEntry& line = *std::find_if(lines_.begin(), lines_.end(), [&](const LineEntry& l) { return l.name == name; });
+    const std::string where = "winch of line '" + name + "'";
+    require(!line.paid_out, where, "there is one already");
+    require(std::any_of(points_.begin(), points_.end(),
+                        [&](const PointEntry& point) { return point.name == line.ends[0].at && point.prescribed; }),
+            where, "the line must start at a prescribed point");
+    require(line.sections.front().properties.bending_stiffness == 0.0, where,
+            "the line's first section, which is wound up, must be limp");
+    const Winch winch = make_winch(line.sections, 0, 0, paid_out);
+    require(paid_out >= winch.shortest() && paid_out <= winch.longest(), where,
+            ("paid_out must lie between " + std::to_string(winch.shortest()) + " m and " +
+             std::to_string(winch.longest()) + " m").c_str());
+    line.paid_out = paid_out;
+}
+
 Model ModelBuilder::build() const {
     Model model;
     model.water = water_;
@@ -328,11 +360,10 @@ Model ModelBuilder::build() const {
     int next_inner = 0;
     for (const PointEntry& point : points_) next_inner += point.prescribed ? 0 : 1;
     for (const LineEntry& entry : lines_) {
-        Model::Line line{entry.name, entry.sections, 0.0, static_cast<int>(model.segments.size()), 0, {},
+        Model::Line line{entry.name, entry.sections, static_cast<int>(model.segments.size()), 0, {},
                          {entry.ends[0], entry.ends[1]}};
         double weight = 0.0;
         for (const LineSection& section : entry.sections) {
-            line.length += section.properties.length;
             line.segments += section.segments;
             weight += section.properties.mass_per_length * section.properties.length * gravity;
         }
@@ -356,6 +387,10 @@ Model ModelBuilder::build() const {
             model.segment_constants.push_back(segment_constants(section, weight, water_));
         }
         add_bending(model, line, entry.ends);
+        if (entry.paid_out) {
+            model.winches.push_back(make_winch(entry.sections, static_cast<int>(model.lines.size()),
+                                               line.first_segment, *entry.paid_out));
+        }
         model.lines.push_back(std::move(line));
     }
 
@@ -435,6 +470,11 @@ Model ModelBuilder::build() const {
     model.fingerprint = 0xcbf29ce484222325ULL;
     for (const SegmentConstants& c : model.segment_constants) {
         model.stiffest_segment = std::max(model.stiffest_segment, c.axial_stiffness / c.length);
+    }
+    for (const Winch& winch : model.winches) {  // its changing segment gets as short as half a segment
+        const SegmentConstants& c = model.segment_constants[model.segments[winch.first_segment].constants];
+        model.stiffest_segment = std::max(model.stiffest_segment, 2.0 * c.axial_stiffness / c.length);
+        hash(model.fingerprint, static_cast<std::uint64_t>(winch.line));
     }
     for (const Model::Line& line : model.lines) {
         for (const int site : line.sites) hash(model.fingerprint, static_cast<std::uint64_t>(site));

@@ -15,6 +15,7 @@
 #include "tank.hpp"
 #include "types.hpp"
 #include "water.hpp"
+#include "winch.hpp"
 
 namespace sim_core {
 
@@ -38,7 +39,6 @@ struct Model {
     struct Line {
         std::string name;
         std::vector<LineSection> sections;
-        double length;  ///< of all sections, unstretched, m
         int first_segment;
         int segments;
         std::vector<int> sites;  ///< from start to end, segments + 1
@@ -81,6 +81,7 @@ struct Model {
     std::vector<SegmentConstants> segment_constants;  ///< one for each section of each line
     std::vector<Bend> bends;    ///< none for lines without bending stiffness
     std::vector<Clamp> clamps;
+    std::vector<Winch> winches;
 
     std::optional<Tank> tank;
     std::vector<TankSide> tank_sides;           ///< none without a tank
@@ -108,9 +109,8 @@ struct Model {
     int body_index(const std::string& name) const;
     int line_index(const std::string& name) const;
     const Point& prescribed_point(int i) const;
-
-    /// Unstretched length of a segment, m.
-    double segment_length(int segment) const { return segment_constants[segments[segment].constants].length; }
+    /// The winch at a line's start; throws InvalidInput if there is none.
+    int winch_index(const std::string& line_name) const;
 
     /// Where a block of unknowns is, in words for error messages.
     std::string describe_block(int block) const;
@@ -130,6 +130,10 @@ class ModelBuilder {
     /// Puts the system into a tank. Throws InvalidInput.
     void set_tank(const Tank& tank);
 
+    /// Puts a winch at the start of a line, with `paid_out` (m, unstretched) of it out in a new state. The
+    /// line's first section can be wound up to half its last segment.
+    void add_winch(const std::string& line, double paid_out);
+
     /// Throws InvalidInput if parts are missing or not connected to a prescribed point.
     Model build() const;
 
@@ -147,6 +151,7 @@ class ModelBuilder {
         std::string name;
         LineEnd ends[2];
         std::vector<LineSection> sections;
+        std::optional<double> paid_out;  ///< m; where there is a winch
     };
 
     bool has_point(const std::string& name) const;

@@ -26,6 +26,7 @@ void append(Recording& recording, const Simulator& simulator) {
         recording.energy.push_back(simulator.balance()->energy());
         recording.momentum.push_back(simulator.balance()->momentum());
     }
+    for (const WinchState& winch : state.winches) recording.paid_out.push_back(winch.paid_out);
     for (std::size_t i = 0; i < simulator.model().segments.size(); ++i) {
         recording.tension.push_back(simulator.tension(static_cast<int>(i)));
     }

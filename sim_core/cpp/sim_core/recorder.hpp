@@ -17,6 +17,7 @@ struct Recording {
     std::vector<double> tension;       ///< samples × segments, N
     std::vector<EnergyBalance> energy;      ///< samples, if the simulator counts balances; else empty
     std::vector<MomentumBalance> momentum;  ///< likewise
+    std::vector<double> paid_out;      ///< samples × winches, m
 };
 
 /// Steps to `t_end` and records at the present time and every `output_step` after it (the last sample is at t_end).

@@ -159,7 +159,12 @@ void segment_forces(const SegmentConstants& c, const EndMotion& a, const EndMoti
         elastic = curve.value;
         cache.axial_stiffness = curve.slope;
     }
-    const double unlimited_tension = elastic + c.axial_damping * stretching / c.length;
+    double extension_rate = stretching;
+    if (c.length_rate != 0.0) {
+        extension_rate -= length * c.length_rate / c.length;
+        cache.axial_stiffness -= c.axial_damping * c.length_rate / c.length;
+    }
+    const double unlimited_tension = elastic + c.axial_damping * extension_rate / c.length;
     round_off(unlimited_tension + c.buckling_force, c.slack_tension, cache.tension, cache.tension_slope);
     cache.tension -= c.buckling_force;
 

@@ -28,6 +28,7 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
       watch_(watch),
       equations_(state.model),
       work_(state.model->blocks()),
+      payouts_(state.model->winches.size()),
       start_tension_(state.model->segments.size()),
       start_taut_(state.model->segments.size()),
       contacts_(*state.model) {
@@ -54,7 +55,7 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
 
 void Simulator::solve_accelerations() {
     // F is linear in the accelerations: one solve with the mass matrix, from zero.
-    for (Vec3& a : state_.acceleration) a.setZero();
+    for (int block = 0; block < model().blocks(); ++block) state_.acceleration[state_.entry_of_block(block)].setZero();
     state_.follow_bodies();
     equations_.evaluate(state_);
     equations_.assemble(state_, {0.0, 0.0, 1.0});
@@ -66,6 +67,7 @@ void Simulator::solve_accelerations() {
         state_.auxiliary[i] = work_.displacement[block];
     }
     state_.follow_bodies();
+    state_.follow_drums();
     if (!state_.finite()) throw ConvergenceError("the accelerations of the initial state are not finite");
     state_.accelerations_known = true;
     state_.last_step = 0.0;
@@ -94,11 +96,59 @@ NewtonResult Simulator::solve(const Scheme& scheme, double h, double t_end, cons
         state_.velocity[site] = sample.velocity;
         state_.acceleration[site] = sample.acceleration;
     }
+    for (std::size_t i = 0; i < payouts_.size(); ++i) {
+        const PayoutSample payout = payout_at(i, t_end);
+        state_.winches[i].paid_out = payout.length;
+        state_.winches[i].rate = payout.rate;
+    }
+    state_.follow_drums();
     const NewtonResult result = solve_newton(
         equations_, state_, scheme.rates(h), newton_, newton_tolerance(model(), state_, newton_), work_,
         [&](const std::vector<Vec3>& change, double factor) { scheme.correct(state_, change, factor, h); });
     statistics_.newton_iterations += result.iterations;
     return result;
+}
+
+void Simulator::set_payout(const std::string& line, std::shared_ptr<const Payout> law) {
+    const int winch = model().winch_index(line);
+    if (law) {
+        const double out = state_.winches[winch].paid_out;
+        const double asked = law->at(state_.time).length;
+        if (!(std::abs(asked - out) <= 1e-6 * model().winches[winch].segment_length)) {
+            throw InvalidInput("line '" + line + "': the payout law says " + std::to_string(asked) + " m at t = " +
+                               std::to_string(state_.time) + " s, but " + std::to_string(out) + " m are out");
+        }
+    }
+    payouts_[winch] = std::move(law);
+}
+
+PayoutSample Simulator::payout_at(std::size_t winch, double time) const {
+    if (payouts_[winch]) return payouts_[winch]->at(time);
+    return {state_.winches[winch].paid_out, 0.0};
+}
+
+void Simulator::check_payouts(double time) const {
+    for (std::size_t i = 0; i < payouts_.size(); ++i) {
+        const Winch& winch = model().winches[i];
+        const double length = payout_at(i, time).length;
+        const bool too_long = length > winch.longest() * (1.0 + 1e-12);
+        if (!too_long && length >= winch.shortest() * (1.0 - 1e-12)) continue;
+        std::ostringstream message;
+        message << "line '" << model().lines[winch.line].name << "': " << length << " m out at t = " << time
+                << " s is " << (too_long ? "more than its longest length of " : "less than its shortest length of ")
+                << (too_long ? winch.longest() : winch.shortest()) << " m; stop the winch before";
+        throw InvalidInput(message.str());
+    }
+}
+
+void Simulator::wind() {
+    bool wound = false;
+    for (std::size_t i = 0; i < payouts_.size(); ++i) {
+        while (state_.wind(static_cast<int>(i))) wound = true;
+    }
+    if (!wound) return;
+    solve_accelerations();
+    equations_.evaluate(state_);
 }
 
 void Simulator::remember_tensions() {
@@ -139,6 +189,7 @@ void Simulator::step(double t_end, const Motions& motions) {
         // Two equal steps at the end rather than a whole one and a remnant
         const double size = last ? remaining : control_ && remaining < 2.0 * h ? 0.5 * remaining : h;
         const double next_time = last ? t_end : state_.time + size;
+        check_payouts(next_time);
         backup_ = state_;
         remember_tensions();
         bool damped = state_.damped_steps > 0;
@@ -163,6 +214,7 @@ void Simulator::step(double t_end, const Motions& motions) {
             const bool balanced = !watch_ || !energy || keeps_balance(*energy);
             if (ratio <= 1.0 && balanced) {
                 accept(size, snap);
+                wind();
                 if (control_ && !damped) {
                     const double growth = 0.9 * std::pow(std::max(ratio, 1e-4), -0.7 / 3.0) *
                                           std::pow(std::max(state_.error_ratio, 1e-4), 0.4 / 3.0);
@@ -248,6 +300,9 @@ double Simulator::step_error(double h) {
 }
 
 void Simulator::start_balance() {
+    if (!model().winches.empty()) {
+        throw InvalidInput("balances do not count what a winch does: leave out balance and energy_tolerance");
+    }
     balance_.emplace(model());
     balance_->begin(equations_, state_);
 }

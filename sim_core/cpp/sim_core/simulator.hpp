@@ -13,6 +13,7 @@
 #include "integrator.hpp"
 #include "motion.hpp"
 #include "newton.hpp"
+#include "payout.hpp"
 #include "state.hpp"
 
 namespace sim_core {
@@ -81,6 +82,10 @@ class Simulator {
     /// and velocity at t_end.
     void step_to(double t_end, const Vec3& position, const Vec3& velocity);
 
+    /// The length of a line that its winch pays out or hauls in from now on; no law stops the winch. Throws InvalidInput if
+    /// the line has no winch, or another length is out now than the law says.
+    void set_payout(const std::string& line, std::shared_ptr<const Payout> law);
+
     /// Tension of each segment of the whole model at the present state, N.
     double tension(int segment) const { return equations_.tension(segment); }
 
@@ -103,6 +108,9 @@ class Simulator {
     void remember_tensions();
     bool snapped() const;
     void solve_accelerations();
+    PayoutSample payout_at(std::size_t winch, double time) const;
+    void check_payouts(double time) const;
+    void wind();
 
     State state_;
     State backup_;
@@ -115,6 +123,7 @@ class Simulator {
     std::optional<Balance> balance_;
     Equations equations_;
     NewtonWorkspace work_;
+    std::vector<std::shared_ptr<const Payout>> payouts_;  ///< per winch
     Motions one_motion_{nullptr};  ///< room for step_to
     std::vector<double> start_tension_;  ///< of each segment at the start of the step, N
     std::vector<char> start_taut_;

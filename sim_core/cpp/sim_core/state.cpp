@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "state.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -22,6 +23,9 @@ void visit_numbers(State& state, Visit visit) {
     for (auto* array : {&state.position, &state.velocity, &state.acceleration, &state.auxiliary}) {
         for (Vec3& value : *array) visit(value.data(), 3);
     }
+    for (WinchState& winch : state.winches) {
+        for (double* number : {&winch.paid_out, &winch.rate, &winch.excess, &winch.excess_at}) visit(number, 1);
+    }
     for (State::BodyState& body : state.bodies) {
         visit(body.attitude.coeffs().data(), 4);
         visit(body.step_start_attitude.coeffs().data(), 4);
@@ -42,7 +46,12 @@ State::State(std::shared_ptr<const Model> m)
       velocity(position),
       acceleration(position),
       auxiliary(position),
-      bodies(model->bodies.size()) {
+      bodies(model->bodies.size()),
+      winches(model->winches.size()) {
+    for (std::size_t i = 0; i < winches.size(); ++i) {
+        winches[i].paid_out = model->winches[i].initial;
+        winches[i].drum = model->winches[i].drum_segments(winches[i].paid_out);
+    }
     follow_bodies();
 }
 
@@ -64,6 +73,74 @@ void State::follow_bodies() {
         acceleration[first + i] =
             acceleration[entry] + attitude * Vec3(acceleration[entry + 1].cross(r) + omega.cross(spin));
     }
+}
+
+void State::follow_drums() {
+    for (std::size_t i = 0; i < winches.size(); ++i) {
+        const std::vector<int>& sites = model->lines[model->winches[i].line].sites;
+        for (auto* array : {&position, &velocity, &acceleration, &auxiliary}) {
+            for (int node = 1; node <= winches[i].drum; ++node) (*array)[sites[node]] = (*array)[sites[0]];
+        }
+    }
+}
+
+bool State::wind(int index) {
+    const Winch& winch = model->winches[index];
+    WinchState& state = winches[index];
+    const std::vector<int>& sites = model->lines[winch.line].sites;
+    const int top = sites[0];
+    const double length = state.changing_length(winch);
+    const double whole = winch.segment_length;
+    if (state.drum > 0 && length >= 1.5 * whole) {
+        const int node = sites[state.drum];
+        const int next = sites[state.drum + 1];
+        const double up = whole / length;  // of the way from the next node to the top
+        const Vec3 span = position[next] - position[top];
+        position[node] = position[next] - up * span;
+        velocity[node] = velocity[next] + up * (velocity[top] + (state.rate / length) * span - velocity[next]);
+        --state.drum;
+        return true;
+    }
+    if (state.drum + 1 < winch.segments && length < 0.5 * whole) {
+        const Vec3& node = position[sites[state.drum + 1]];
+        const Vec3& next = position[sites[state.drum + 2]];
+        const double polygon = (node - position[top]).norm() + (next - node).norm();
+        const double chord = (next - position[top]).norm();
+        ++state.drum;
+        state.excess = 0.0;
+        const double nominal = state.changing_length(winch);
+        state.excess = (length + whole) * chord / polygon - nominal;
+        state.excess_at = state.paid_out;
+        follow_drums();
+        return true;
+    }
+    return false;
+}
+
+bool State::moves_freely(int site) const {
+    if (!model->is_free(site) && !model->is_attached(site)) return false;
+    for (std::size_t i = 0; i < winches.size(); ++i) {
+        const std::vector<int>& sites = model->lines[model->winches[i].line].sites;
+        const auto end = sites.begin() + 1 + winches[i].drum;
+        if (std::find(sites.begin() + 1, end, site) != end) return false;
+    }
+    return true;
+}
+
+double State::segment_length(int segment) const {
+    for (std::size_t i = 0; i < winches.size(); ++i) {
+        const int place = segment - model->winches[i].first_segment;
+        if (place < 0 || place > winches[i].drum) continue;
+        return place < winches[i].drum ? 0.0 : winches[i].changing_length(model->winches[i]);
+    }
+    return model->segment_constants[model->segments[segment].constants].length;
+}
+
+double State::line_length(int line) const {
+    double length = 0.0;
+    const int first = model->lines[line].first_segment;
+    for (int i = 0; i < model->lines[line].segments; ++i) length += segment_length(first + i);
+    return length;
 }
 
 void State::rebase_attitudes() {
@@ -88,6 +165,7 @@ void State::set_point(const std::string& name, const Vec3& new_position, const V
     position[site] = new_position;
     velocity[site] = new_velocity;
     accelerations_known = false;
+    follow_drums();
 }
 
 void State::set_body(const std::string& name, const Vec3& new_position, const Quat& attitude,
@@ -129,6 +207,10 @@ std::string State::save() const {
     append(&known, sizeof known);
     const std::uint64_t damped = static_cast<std::uint64_t>(damped_steps);
     append(&damped, sizeof damped);
+    for (const WinchState& winch : winches) {
+        const std::uint64_t drum = static_cast<std::uint64_t>(winch.drum);
+        append(&drum, sizeof drum);
+    }
     State copy = *this;
     visit_numbers(copy, [&](double* numbers, int count) { append(numbers, count * sizeof(double)); });
     return bytes;
@@ -154,6 +236,11 @@ void State::restore(const std::string& bytes) {
     State restored(model);
     restored.accelerations_known = known != 0;
     restored.damped_steps = static_cast<int>(damped);
+    for (WinchState& winch : restored.winches) {
+        std::uint64_t drum = 0;
+        take(&drum, sizeof drum);
+        winch.drum = static_cast<int>(drum);
+    }
     visit_numbers(restored, [&](double* numbers, int count) { take(numbers, count * sizeof(double)); });
     if (read != bytes.size()) throw InvalidInput("the saved state has bytes too many");
     *this = std::move(restored);

@@ -36,6 +36,7 @@ struct State {
     std::vector<Vec3> position, velocity, acceleration;
     std::vector<Vec3> auxiliary;  ///< the integrator's algorithmic acceleration
     std::vector<BodyState> bodies;
+    std::vector<WinchState> winches;
 
     int body_entry(int body) const { return model->sites() + 2 * body; }
 
@@ -53,6 +54,21 @@ struct State {
 
     /// Moves attitude and attachments to where the bodies' entries say.
     void follow_bodies();
+
+    /// Moves the nodes on drums to where their prescribed points are.
+    void follow_drums();
+
+    /// Releases or takes in a node of a winch's line if its changing segment has become too long or too short. The node
+    /// moves with the line's material. False if there is nothing to do.
+    bool wind(int winch);
+
+    /// False for prescribed points and what rides with them on a drum.
+    bool moves_freely(int site) const;
+
+    /// Present unstretched length of a segment, m; 0 on a drum.
+    double segment_length(int segment) const;
+    /// Present unstretched length of a line, m.
+    double line_length(int line) const;
 
     /// Makes the present attitude the reference of the turn (at the end of a step).
     void rebase_attitudes();

@@ -109,8 +109,9 @@ class FirstGuess {
         Vec3 load = Vec3::Zero();
         for (int i = 0; i < line.segments; ++i) {
             const SegmentConstants& c = model_.segment_constants[model_.segments[line.first_segment + i].constants];
-            load += c.half_normal_drag * flow_.norm() * flow_;  // one half of two: the line is inclined
-            load.z() += 2.0 * (c.half_buoyancy - c.half_weight);
+            const double share = state_.segment_length(line.first_segment + i) / c.length;
+            load += share * c.half_normal_drag * flow_.norm() * flow_;  // one half of two: the line is inclined
+            load.z() += share * 2.0 * (c.half_buoyancy - c.half_weight);
         }
         return load;
     }
@@ -124,10 +125,10 @@ class FirstGuess {
         along = (along + lean_ * astern_).normalized();
         double reach = 0.0;
         for (int i = 1; i < line.segments; ++i) {
-            reach += model_.segment_length(line.first_segment + (hang.reversed ? line.segments - i : i - 1));
+            reach += state_.segment_length(line.first_segment + (hang.reversed ? line.segments - i : i - 1));
             state_.position[site(i)] = top + reach * along;
         }
-        const Vec3 bottom = top + line.length * along;
+        const Vec3 bottom = top + state_.line_length(hang.line) * along;
         const int last = site(line.segments);
         if (model_.is_attached(last)) {
             const Model::Attachment& attachment = model_.attachments[model_.attachment_of(last)];
@@ -143,12 +144,12 @@ class FirstGuess {
     void place_between(const Model::Line& line) {
         const Vec3 start = state_.position[line.sites.front()];
         const Vec3 chord = state_.position[line.sites.back()] - start;
-        const double length = line.length;
+        const double length = state_.line_length(static_cast<int>(&line - model_.lines.data()));
         const double excess = std::max(0.0, length * length - chord.squaredNorm());
         const double sag = std::sqrt(3.0 / 16.0 * excess);  // arc length² ≈ chord² + 16/3 sag²
         double reach = 0.0;
         for (int i = 1; i < line.segments; ++i) {
-            reach += model_.segment_length(line.first_segment + i - 1);
+            reach += state_.segment_length(line.first_segment + i - 1);
             const double s = reach / length;
             state_.position[line.sites[i]] = start + s * chord - 4.0 * sag * s * (1.0 - s) * Vec3::UnitZ();
         }

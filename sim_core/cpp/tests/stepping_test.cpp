@@ -109,6 +109,33 @@ void test_step_allocates_nothing(std::shared_ptr<const Integrator> integrator, c
     if (tank) check(!simulator.contacts().events().empty(), "and touches the floor");
 }
 
+void test_a_running_winch_allocates_nothing() {
+    ModelBuilder builder{Water{}};
+    builder.add_prescribed_point("winch");
+    FreePoint weight{};
+    weight.mass = 5.0;
+    builder.add_free_point("weight", weight);
+    LineProperties cable;
+    cable.length = 20.0;
+    cable.diameter = 0.01;
+    cable.mass_per_length = 0.2;
+    cable.axial_stiffness = Table{{0.0, 0.0}, {0.01, 1e3}, {0.02, 4e3}};
+    cable.normal_drag = Table{{1e2, 1.2}, {1e5, 1.0}};
+    builder.add_line("line", {"winch", {}, {}}, {"weight", {}, {}}, {{cable, 20}});
+    builder.add_winch("line", 5.0);
+    const auto model = std::make_shared<const Model>(builder.build());
+    const State state = steady_tow(model, {Vec3(0, 0, -1)}, Vec3(1, 0, 0));
+    Simulator simulator(state, std::make_shared<GeneralizedAlpha>(0.8), 0.005, NewtonSettings{});
+    simulator.set_payout("line", std::make_shared<SteadyPayout>(5.0, 12.0, 1.0, 0.0, 1.0));
+    const SteadyTow tow(Vec3(0, 0, -1), Vec3(1, 0, 0), 0.0);
+    const Motions motions{&tow};
+    simulator.step(0.01, motions);
+    const long before = allocations;
+    simulator.step(9.0, motions);
+    check(allocations == before, "nor does a winch that releases nodes");
+    check(simulator.state().winches[0].drum == 8, "and it does release them");
+}
+
 /// A random matrix on a ring with a tail (fill-in needed) against a dense solution.
 void test_block_solver_with_a_closed_loop() {
     const int size = 9;
@@ -199,6 +226,7 @@ int main(int argc, char** argv) {
     tank.floor = -4.0;  // between where the depressor runs and where its heave takes it
     tank.stiffness = 1e4;
     test_step_allocates_nothing(std::make_shared<GeneralizedAlpha>(0.8), moving_water(50), tank);
+    test_a_running_winch_allocates_nothing();
     test_block_solver_with_a_closed_loop();
     test_tree_has_no_fill();
     return failures == 0 ? 0 : 1;

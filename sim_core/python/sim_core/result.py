@@ -110,7 +110,8 @@ class LineHistory:
 
     node_positions: Array  #: (samples, segments + 1, 3) m, tank axes
     node_velocities: Array  #: (samples, segments + 1, 3) m/s, tank axes
-    tensions: Array  #: (samples, segments) N
+    tensions: Array  #: (samples, segments) N; on a drum that of the segment that leaves it
+    paid_out: Array | None = None  #: (samples,) m, unstretched, of a line on a winch
 
     @property
     def start_tension(self) -> Array:
@@ -208,9 +209,11 @@ def histories(
     for name in model.lines:
         first, last = model._line_segments(name)
         sites = model._line_sites(name)
+        winch = model._line_winch(name)
         lines[name] = LineHistory(
             node_positions=position[:, sites],
             node_velocities=velocity[:, sites],
             tensions=arrays["tension"][:, first:last],
+            paid_out=arrays["paid_out"][:, winch] if winch >= 0 else None,
         )
     return points, bodies, lines

@@ -9,6 +9,7 @@ from sim_core._core import (
     Integrator,
     Model,
     Motion,
+    Payout,
     Simulator,
     State,
     _record_run,
@@ -30,6 +31,7 @@ def run(
     error_tolerance: float | None = None,
     energy_tolerance: float | None = None,
     balance: bool = False,
+    payout: Mapping[str, Payout] | None = None,
 ) -> Result:
     """Simulate until ``t_end`` (s) and record every ``output_step`` (s).
 
@@ -40,6 +42,7 @@ def run(
     to ``max_step`` (s). With ``balance`` the result says where energy and momentum went; with an
     ``energy_tolerance`` (0.01: 1 %) it is kept within that share of the energy exchanged, or the
     run stops.
+    ``payout`` has the law of each line whose winch runs, by name.
     Raises ConvergenceError (place and time) and InvalidInput.
     """
     if state is None:
@@ -55,6 +58,8 @@ def run(
     )
     if balance:
         simulator.start_balance()
+    for line, law in (payout or {}).items():
+        simulator.set_payout(line, law)
     laws = motion if isinstance(motion, Motion) else dict(motion)
     arrays = _record_run(simulator, laws, t_end, output_step)
     points, bodies, lines = histories(model, arrays)

@@ -82,6 +82,7 @@ class Line(_Described):
     start_attachment: Triple | None = None  #: m in body axes, of the start
     start_direction: Triple | None = None  #: clamped so at the start, see ModelBuilder.add_line
     end_direction: Triple | None = None  #: clamped so at the end
+    paid_out: float | None = None  #: m out at first; puts a winch at the start
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,7 @@ class SectionedLine(_Described):
     start_attachment: Triple | None = None  #: m in body axes, of the start
     start_direction: Triple | None = None  #: clamped so at the start, see ModelBuilder.add_line
     end_direction: Triple | None = None  #: clamped so at the end
+    paid_out: float | None = None  #: m out at first; puts a winch at the start
 
     def as_uniform(self) -> Line | None:
         """The same as a Line if it has one section only."""

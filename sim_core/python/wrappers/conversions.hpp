@@ -124,6 +124,7 @@ void bind_model(nb::module_& module);
 void bind_motion(nb::module_& module);
 void bind_ship_response(nb::module_& module);
 void bind_simulation(nb::module_& module);
+void bind_winches(nb::module_& module);
 void bind_values(nb::module_& module);
 
 }  // namespace sim_core::python

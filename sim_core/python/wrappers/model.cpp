@@ -38,7 +38,7 @@ nb::tuple describe_point(const Model::Point& point) {
 }
 
 /// The values of a SectionedLine.
-nb::dict describe_line(const Model::Line& line) {
+nb::dict describe_line(const Model& model, const Model::Line& line) {
     nb::list sections;
     for (const LineSection& section : line.sections) {
         sections.append(nb::make_tuple(section.properties, section.segments));
@@ -51,6 +51,10 @@ nb::dict describe_line(const Model::Line& line) {
     values["attachment"] = triple_or_none(line.ends[1].attachment);
     values["start_direction"] = triple_or_none(line.ends[0].direction);
     values["end_direction"] = triple_or_none(line.ends[1].direction);
+    values["paid_out"] = nb::none();
+    for (const Winch& winch : model.winches) {
+        if (&model.lines[winch.line] == &line) values["paid_out"] = winch.initial;
+    }
     return values;
 }
 
@@ -105,7 +109,7 @@ void bind_model(nb::module_& module) {
             nb::sig("def __reduce__(self) -> tuple[object, ...]"))
         // The description, for System.of.
         .def("_describe_point", [](const SharedModel& m, const std::string& name) { return describe_point(m.model->points[m.model->point_index(name)]); })
-        .def("_describe_line", [](const SharedModel& m, const std::string& name) { return describe_line(m.model->lines[m.model->line_index(name)]); })
+        .def("_describe_line", [](const SharedModel& m, const std::string& name) { return describe_line(*m.model, m.model->lines[m.model->line_index(name)]); })
         .def("_body", [](const SharedModel& m, const std::string& name) { return m.model->bodies[m.model->body_index(name)].force.body(); })
         .def_prop_ro("tank", [](const SharedModel& m) { return m.model->tank; }, "The Tank, or None.")
         // Where things stand in a recording, for Result.
@@ -114,6 +118,13 @@ void bind_model(nb::module_& module) {
         .def("_body_index", [](const SharedModel& m, const std::string& name) { return m.model->body_index(name); })
         .def("_body_places", [](const SharedModel& m, const std::string& name) { return m.model->bodies[m.model->body_index(name)].force.body().places; })
         .def("_line_sites", [](const SharedModel& m, const std::string& name) { return m.model->lines[m.model->line_index(name)].sites; })
+        .def("_line_winch", [](const SharedModel& m, const std::string& name) {
+            const int line = m.model->line_index(name);
+            for (std::size_t i = 0; i < m.model->winches.size(); ++i) {
+                if (m.model->winches[i].line == line) return static_cast<int>(i);
+            }
+            return -1;
+        }, "line"_a, "Index of a line's winch, −1 without one.")
         .def("_line_segments", [](const SharedModel& m, const std::string& name) {
             const Model::Line& line = m.model->lines[m.model->line_index(name)];
             return std::array<int, 2>{line.first_segment, line.first_segment + line.segments};
@@ -155,35 +166,42 @@ Raises InvalidInput (a ValueError) naming the part for impossible values and unk
             [](ModelBuilder& self, const std::string& name, const std::string& start, const std::string& end,
                const LineProperties& properties, int segments, const OptionalTriple& attachment,
                const OptionalTriple& start_attachment, const OptionalTriple& start_direction,
-               const OptionalTriple& end_direction) {
+               const OptionalTriple& end_direction, std::optional<double> paid_out) {
                 self.add_line(name, {start, to_vec3(start_attachment), to_vec3(start_direction)},
                               {end, to_vec3(attachment), to_vec3(end_direction)}, {{properties, segments}});
+                if (paid_out) self.add_winch(name, *paid_out);
             },
             "name"_a, "start"_a, "end"_a, "properties"_a, nb::kw_only(), "segments"_a, "attachment"_a = nb::none(),
             "start_attachment"_a = nb::none(), "start_direction"_a = nb::none(), "end_direction"_a = nb::none(),
+            "paid_out"_a = nb::none(),
             R"(Add a uniform line between two named points or bodies.
 
 attachment (at the end) and start_attachment: (3,) m in body axes, needed exactly where that end is a body.
 start_direction, end_direction: (3,) any length; the line is clamped there and runs in this direction, from its
 start towards its end; in tank axes at a prescribed point, in body axes at a body. Takes bending_stiffness > 0.
-Ends without it, and all ends at free points, carry no moment.)")
+Ends without it, and all ends at free points, carry no moment.
+paid_out: m, unstretched; puts a winch at the start, a prescribed point, with so much of the line out in a new state.
+properties.length is the longest, half a segment the shortest; a Payout moves it.)")
         .def(
             "add_line",
             [](ModelBuilder& self, const std::string& name, const std::string& start, const std::string& end,
                const std::vector<std::pair<LineProperties, int>>& sections, const OptionalTriple& attachment,
                const OptionalTriple& start_attachment, const OptionalTriple& start_direction,
-               const OptionalTriple& end_direction) {
+               const OptionalTriple& end_direction, std::optional<double> paid_out) {
                 std::vector<LineSection> list;
                 for (const auto& [properties, segments] : sections) list.push_back({properties, segments});
                 self.add_line(name, {start, to_vec3(start_attachment), to_vec3(start_direction)},
                               {end, to_vec3(attachment), to_vec3(end_direction)}, list);
+                if (paid_out) self.add_winch(name, *paid_out);
             },
             "name"_a, "start"_a, "end"_a, nb::kw_only(), "sections"_a, "attachment"_a = nb::none(),
             "start_attachment"_a = nb::none(), "start_direction"_a = nb::none(), "end_direction"_a = nb::none(),
+            "paid_out"_a = nb::none(),
             R"(Add a line of several uniform sections, from its start to its end.
 
 sections: pairs of LineProperties and the number of segments of that section. The rest as for a uniform line. Where a
-limp section meets a stiff one the line carries no moment.)")
+limp section meets a stiff one the line carries no moment. A winch winds the first section, down to half a segment of
+it.)")
         .def(
             "build", [](const ModelBuilder& self) { return SharedModel{std::make_shared<const Model>(self.build())}; },
             "The constant model. Everything must be connected to a prescribed point.");

@@ -19,6 +19,7 @@ NB_MODULE(_core, module) {
     sim_core::python::bind_model(module);
     sim_core::python::bind_motion(module);
     sim_core::python::bind_ship_response(module);
+    sim_core::python::bind_winches(module);
     sim_core::python::bind_simulation(module);
     sim_core::python::bind_values(module);
 }

@@ -74,6 +74,9 @@ void bind_readers(Class& cls, Get get) {
     body_reader("body_acceleration", &State::acceleration, 0, "(3,) m/s², of the body's origin in tank axes.");
     body_reader("body_angular_velocity", &State::velocity, 1, "(3,) rad/s, body axes.");
     body_reader("body_angular_acceleration", &State::acceleration, 1, "(3,) rad/s², body axes.");
+    cls.def("paid_out", [get](const Self& s, const std::string& line) {
+        return get(s).winches[get(s).model->winch_index(line)].paid_out;
+    }, "line"_a, "m, unstretched length of a line on a winch that is out.");
     cls.def("body_quaternion", [get](const Self& s, const std::string& body) {
         const Quat& q = get(s).bodies[get(s).model->body_index(body)].attitude;
         return Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
@@ -355,6 +358,15 @@ The GIL is released while stepping; use each simulator from one thread at a time
             "Live input: step until t_end (s) while the tow point follows the cubic from its present position and\n"
             "velocity to the given ones (m, m/s in tank axes).")
         .def(
+            "set_payout",
+            [](Simulator& s, const std::string& line, std::shared_ptr<Payout> law) {
+                s.set_payout(line, std::move(law));
+            },
+            "line"_a, "law"_a.none(),
+            "From now on a line's winch pays out or hauls in by this law, which must begin with what is out now; None\n"
+            "stops it. Beyond the line's longest and shortest length stepping raises InvalidInput and the state stays at\n"
+            "the last good instant.")
+        .def(
             "tensions",
             [](const Simulator& s, const std::string& name) {
                 const Model::Line& line = s.model().lines[s.model().line_index(name)];
@@ -448,6 +460,7 @@ The GIL is released while stepping; use each simulator from one thread at a time
                 arrays["momentum"] = balance_arrays(r.momentum, kMomentumForms);
             }
             arrays["tension"] = array(std::move(r.tension), {samples, model.segments.size()});
+            arrays["paid_out"] = array(std::move(r.paid_out), {samples, model.winches.size()});
             return arrays;
         },
         "simulator"_a, "motion"_a, "t_end"_a, "output_step"_a);
