@@ -13,7 +13,6 @@ import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from domain_coordinator import domain_id
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.executors import SingleThreadedExecutor
@@ -30,11 +29,10 @@ from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp, stamp_ns
 
 @pytest.fixture
 def context():
-    with domain_id() as domain:
-        context = rclpy.Context()
-        rclpy.init(context=context, domain_id=domain)
-        yield context
-        rclpy.shutdown(context=context)
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    yield context
+    rclpy.shutdown(context=context)
 
 
 def node_with(context, **values):

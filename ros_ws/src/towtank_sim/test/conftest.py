@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -12,7 +11,6 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from towtank_rig import load_rig
@@ -34,7 +32,7 @@ def wu_chwang():
 class RunningNode:
     """A node of towtank_sim as its own process, in its place of the graph."""
 
-    def __init__(self, module: str, namespace: str, name: str, domain: int, parameters: dict):
+    def __init__(self, module: str, namespace: str, name: str, parameters: dict):
         arguments = ["--ros-args", "-r", f"__ns:={namespace}", "-r", f"__node:={name}"]
         for key, value in parameters.items():
             arguments += ["-p", f"{key}:={value}"]
@@ -44,7 +42,6 @@ class RunningNode:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
         )
 
     def has_ended(self, within: float) -> bool:
@@ -67,19 +64,18 @@ class RunningNode:
 
 
 class Graph:
-    """A ROS domain of the test's own, with a probe node in it."""
+    """Nodes as processes, and a probe node of the test's own among them."""
 
-    def __init__(self, domain: int) -> None:
-        self._domain = domain
+    def __init__(self) -> None:
         self._context = rclpy.Context()
-        rclpy.init(context=self._context, domain_id=domain)
+        rclpy.init(context=self._context)
         self.probe = Node("probe", context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.probe)
         self._nodes: list[RunningNode] = []
 
     def start(self, module: str, namespace: str, name: str, **parameters: object) -> RunningNode:
-        self._nodes.append(RunningNode(module, namespace, name, self._domain, parameters))
+        self._nodes.append(RunningNode(module, namespace, name, parameters))
         return self._nodes[-1]
 
     def plant(self, **parameters: object) -> RunningNode:
@@ -122,7 +118,6 @@ class Graph:
 
 @pytest.fixture
 def graph():
-    with domain_id() as domain:
-        graph = Graph(domain)
-        yield graph
-        graph.close()
+    graph = Graph()
+    yield graph
+    graph.close()
