@@ -8,30 +8,64 @@ Without `port` the virtual tank runs; TOWTANK_FIRMWARE must then name the folder
 `make -C firmware` builds into. Nodes and parameters stand in towtank_bringup.graph only.
 """
 
+import atexit
+import shutil
 import tempfile
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
-from launch.substitutions import LaunchConfiguration
+from launch.actions import (
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    OpaqueFunction,
+    RegisterEventHandler,
+    SetEnvironmentVariable,
+    Shutdown,
+)
+from launch.event_handlers import OnProcessIO
+from launch.events.process import ProcessExited, ProcessIO
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
-from towtank_bringup.graph import Program, RosNode
+from towtank_bringup.graph import Graph, Program, RosNode
 from towtank_bringup.plan import plan_trial
+from towtank_bringup.processes import STOP_TIMEOUT_S
+from towtank_bringup.trial_directory import TrialDirectoryError
 
 ARGUMENTS = {
     "rig": ("nit_calicut_2012", "rig file, or name of one that comes with towtank"),
     "port": ("", "serial port of the ADC board; empty for the virtual board and tank"),
     "duration": ("40.0", "logged time, s"),
     "out": ("", "new directory for the trial; empty for one named by rig and time"),
+    "plant_rig": ("", "virtual tank: the plant's own rig file; empty for the rig"),
     "noise": ("rig", "virtual tank: 'rig' for sensor errors from the rig's budget, or 'none'"),
     "seed": ("1", "virtual tank: seed of the sensor errors"),
 }
+CHOICES = {"noise": ["rig", "none"]}
 
 
-def action_of(item: RosNode | Program):
-    """The launch action that starts an item of the graph; the trial ends with any of them."""
+def ended(event: ProcessExited, context: LaunchContext) -> None:
+    """A process has ended: if it is the first to do so, the trial has failed.
+
+    An exception is what gives `ros2 launch` its exit status; it stops the others all the same.
+    """
+    if not context.is_shutdown:
+        raise RuntimeError(
+            f"{event.process_name} ended with status {event.returncode}: see what it said above"
+        )
+
+
+def conducted(event: ProcessExited, context: LaunchContext) -> Shutdown | None:
+    """The conductor has ended, and so does the trial."""
+    if event.returncode != 0 or context.is_shutdown:
+        return ended(event, context)
+    return Shutdown(reason="the trial is done")
+
+
+def action_of(item: RosNode | Program) -> ExecuteProcess:
+    """The launch action that starts an item of the graph."""
+    ending = {"on_exit": ended, "sigterm_timeout": str(STOP_TIMEOUT_S)}
     if isinstance(item, Program):
-        return ExecuteProcess(cmd=list(item.command), name=item.name, on_exit=Shutdown())
+        return ExecuteProcess(cmd=list(item.command), name=item.name, **ending)
     kind = LifecycleNode if item.lifecycle else Node
     return kind(
         package=item.package,
@@ -39,24 +73,51 @@ def action_of(item: RosNode | Program):
         namespace=item.namespace,
         name=item.name,
         parameters=[item.parameters],
-        on_exit=Shutdown(),
+        **ending,
     )
+
+
+def in_order(graph: Graph) -> list:
+    """The actions that start the graph; what comes after a Program waits until that is ready."""
+    if not graph:
+        return []
+    item, *others = graph
+    action, following = action_of(item), in_order(others)
+    if isinstance(item, RosNode):
+        return [action, *following]
+
+    def on_stdout(event: ProcessIO) -> list:
+        lines = event.text.decode(errors="replace").splitlines()
+        if not any(line.startswith(item.ready_line) for line in lines):
+            return []
+        starting = following.copy()
+        following.clear()
+        return starting
+
+    return [RegisterEventHandler(OnProcessIO(target_action=action, on_stdout=on_stdout)), action]
 
 
 def trial(context: LaunchContext) -> list:
     """The graph's actions, and the conductor's, with the arguments as they are now."""
     value = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     runtime = Path(tempfile.mkdtemp(prefix="towtank-"))
+    # Run when `ros2 launch` ends: all processes have ended then.
+    atexit.register(shutil.rmtree, runtime, ignore_errors=True)
     planned = plan_trial(
         rig=value["rig"],
         port=Path(value["port"]) if value["port"] else None,
-        duration=float(value["duration"]),
+        duration=number(float, "duration", value),
         out=Path(value["out"]) if value["out"] else None,
+        plant_rig=value["plant_rig"] or None,
         noise=value["noise"],
-        seed=int(value["seed"]),
+        seed=number(int, "seed", value),
         runtime=runtime,
     )
-    planned.directory.create()
+    try:
+        planned.directory.create()
+    except TrialDirectoryError as error:
+        raise TrialDirectoryError(f"{error}: give a new one with out:=") from error
+    atexit.register(planned.directory.abandon)
     conductor = Node(
         package="towtank_bringup",
         executable="conduct",
@@ -66,18 +127,39 @@ def trial(context: LaunchContext) -> list:
             *(("--port", value["port"]) if value["port"] else ()),
         ],
         output="screen",
-        on_exit=Shutdown(),
+        on_exit=conducted,
+        sigterm_timeout=str(STOP_TIMEOUT_S),
     )
-    return [action_of(item) for item in planned.graph] + [conductor]
+    # The conductor comes first: launch would take a graph that does not come up for a done one.
+    return [conductor, *in_order(planned.graph)]
+
+
+def number(kind: type, name: str, value: dict[str, str]) -> float:
+    """The argument's number. ValueError, naming the argument, if it is none."""
+    try:
+        return kind(value[name])
+    except ValueError as error:
+        wanted = "a whole number" if kind is int else "a number"
+        raise ValueError(f"{name}:={value[name]}: give {wanted}") from error
 
 
 def generate_launch_description() -> LaunchDescription:
     """What `ros2 launch` runs."""
+    discovery = "ROS_AUTOMATIC_DISCOVERY_RANGE"
     return LaunchDescription(
         [
             *(
-                DeclareLaunchArgument(name, default_value=default, description=description)
+                DeclareLaunchArgument(
+                    name,
+                    default_value=default,
+                    description=description,
+                    choices=CHOICES.get(name),
+                )
                 for name, (default, description) in ARGUMENTS.items()
+            ),
+            # As with the `towtank` command: the nodes are heard on this machine only by default.
+            SetEnvironmentVariable(
+                discovery, EnvironmentVariable(discovery, default_value="LOCALHOST")
             ),
             OpaqueFunction(function=trial),
         ]

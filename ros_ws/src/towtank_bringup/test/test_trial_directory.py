@@ -10,7 +10,7 @@ import pytest
 from towtank_bringup.closing import IncompleteTrial, marked
 from towtank_bringup.conductor import TrialError
 from towtank_bringup.progress import ProgressLine
-from towtank_bringup.trial_directory import TrialDirectory
+from towtank_bringup.trial_directory import TrialDirectory, TrialDirectoryError
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def marks(directory):
 
 
 def test_existing_directory_is_never_used(directory):
-    with pytest.raises(FileExistsError):
+    with pytest.raises(TrialDirectoryError, match=f"output directory {directory.path} exists"):
         directory.create()
 
 
@@ -48,6 +48,19 @@ def test_fault_marks_the_trial_and_is_one_line(directory, fault):
     assert marks(directory) == ["INCOMPLETE"]
     assert "\n" not in str(told.value)
     assert "marked incomplete" in str(told.value)
+
+
+def test_abandoned_trial_is_marked_and_one_that_has_ended_keeps_its_mark(directory):
+    directory.abandon()
+    assert marks(directory) == ["INCOMPLETE"]
+    directory.abandon()
+    assert marks(directory) == ["INCOMPLETE"]
+
+
+def test_whole_trial_is_not_abandoned(directory):
+    directory.complete()
+    directory.abandon()
+    assert marks(directory) == []
 
 
 def test_interrupt_marks_the_trial_and_passes(directory):

@@ -11,15 +11,20 @@ from pathlib import Path
 
 import pytest
 from ament_index_python.packages import get_package_share_directory
-from towtank_bringup.graph import Program, RosNode
+from towtank_bringup.graph import FIRMWARE_IMAGE, VIRTUAL_BOARD, Program, RosNode
 from towtank_bringup.plan import PlanError, plan_trial
 from towtank_bringup.processes import command_of
 
 
 @pytest.fixture
 def firmware(monkeypatch, tmp_path):
-    monkeypatch.setenv("TOWTANK_FIRMWARE", str(tmp_path))
-    return tmp_path
+    """What `make -C firmware` leaves, as far as planning looks at it."""
+    folder = tmp_path / "firmware"
+    for name in (VIRTUAL_BOARD, FIRMWARE_IMAGE):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+    monkeypatch.setenv("TOWTANK_FIRMWARE", str(folder))
+    return folder
 
 
 def planned_graph(tmp_path, **wishes):
@@ -61,6 +66,19 @@ def test_missing_port_is_named(firmware, tmp_path):
         planned_graph(tmp_path, port=tmp_path / "ttyUSB9")
 
 
+@pytest.mark.parametrize("missing", [VIRTUAL_BOARD, FIRMWARE_IMAGE])
+def test_what_is_not_built_is_named(firmware, tmp_path, missing):
+    (firmware / missing).unlink()
+    with pytest.raises(PlanError, match=f"has no {missing}: .*make -C firmware"):
+        planned_graph(tmp_path)
+
+
+@pytest.mark.parametrize("duration", [4.9, float("nan")])
+def test_log_too_short_for_a_ratio_is_refused(firmware, tmp_path, duration):
+    with pytest.raises(PlanError, match=r"duration .* s: give at least"):
+        planned_graph(tmp_path, duration=duration)
+
+
 class _Recorded:
     """Stands in for a launch action: keeps what it was made with."""
 
@@ -71,22 +89,26 @@ class _Recorded:
 @pytest.fixture
 def launch_file(monkeypatch):
     """The launch file, loaded with stand-ins for launch and launch_ros, which no wheel has."""
-
-    def module(name, *classes):
-        made = types.ModuleType(name)
+    for name, classes in {
+        "launch": ["LaunchContext", "LaunchDescription"],
+        "launch.actions": [
+            *("DeclareLaunchArgument", "ExecuteProcess", "OpaqueFunction"),
+            *("RegisterEventHandler", "SetEnvironmentVariable", "Shutdown"),
+        ],
+        "launch.event_handlers": ["OnProcessIO"],
+        "launch.events": [],
+        "launch.events.process": ["ProcessExited", "ProcessIO"],
+        "launch.substitutions": ["EnvironmentVariable", "LaunchConfiguration"],
+        "launch_ros": [],
+        "launch_ros.actions": ["LifecycleNode", "Node"],
+    }.items():
+        module = types.ModuleType(name)
         for each in classes:
-            setattr(made, each, type(each, (_Recorded,), {}))
-        monkeypatch.setitem(sys.modules, name, made)
-        return made
-
-    module("launch", "LaunchContext", "LaunchDescription")
-    module(
-        "launch.actions", "DeclareLaunchArgument", "ExecuteProcess", "OpaqueFunction", "Shutdown"
-    )
-    substitutions = module("launch.substitutions", "LaunchConfiguration")
-    substitutions.LaunchConfiguration.perform = lambda self, context: context[self.positional[0]]
-    module("launch_ros")
-    module("launch_ros.actions", "LifecycleNode", "Node")
+            setattr(module, each, type(each, (_Recorded,), {}))
+        monkeypatch.setitem(sys.modules, name, module)
+    sys.modules["launch.substitutions"].LaunchConfiguration.perform = lambda self, context: context[
+        self.positional[0]
+    ]
     share = Path(get_package_share_directory("towtank_bringup"))
     spec = importlib.util.spec_from_file_location("trial_launch", share / "launch/trial.launch.py")
     loaded = importlib.util.module_from_spec(spec)
@@ -94,11 +116,22 @@ def launch_file(monkeypatch):
     return loaded
 
 
-def test_launch_file_starts_exactly_the_graph_and_the_conductor(firmware, tmp_path, launch_file):
+@pytest.fixture
+def launched(firmware, tmp_path, launch_file):
+    """What the launch file starts with its defaults: conductor, handler, virtual board, nodes."""
     context = {name: default for name, (default, _) in launch_file.ARGUMENTS.items()}
-    *actions, conductor = launch_file.trial({**context, "out": str(tmp_path / "o")})
+    conductor, handler, board = launch_file.trial({**context, "out": str(tmp_path / "o")})
+    on_stdout = handler.positional[0].keywords["on_stdout"]
+    assert handler.positional[0].keywords["target_action"] is board
+    assert on_stdout(types.SimpleNamespace(text=b"starting\n")) == []
+    nodes = on_stdout(types.SimpleNamespace(text=b"ready pty=/dev/pts/1\n"))
+    assert on_stdout(types.SimpleNamespace(text=b"ready once more\n")) == []
+    return conductor, [board, *nodes]
+
+
+def test_launch_file_starts_exactly_the_graph_and_the_conductor(launched, tmp_path):
+    conductor, actions = launched
     graph = planned_graph(tmp_path)
-    assert len(actions) == len(graph)
     for action, item in zip(actions, graph, strict=True):
         if isinstance(item, Program):
             assert type(action).__name__ == "ExecuteProcess"
@@ -110,3 +143,26 @@ def test_launch_file_starts_exactly_the_graph_and_the_conductor(firmware, tmp_pa
             assert list(action.keywords["parameters"][0]) == list(item.parameters)
     assert conductor.keywords["executable"] == "conduct"
     assert str(tmp_path / "o") in conductor.keywords["arguments"]
+
+
+def test_launch_ends_well_with_the_conductors_good_end_only(launched):
+    """And only the first end counts: the others follow from it."""
+    conductor, (board, *_) = launched
+
+    def on_exit(action, status, is_shutdown=False):
+        event = types.SimpleNamespace(process_name="it", returncode=status)
+        return action.keywords["on_exit"](event, types.SimpleNamespace(is_shutdown=is_shutdown))
+
+    assert type(on_exit(conductor, 0)).__name__ == "Shutdown"
+    for action, status in ((conductor, 1), (board, 0), (board, 1)):
+        with pytest.raises(RuntimeError, match=f"it ended with status {status}"):
+            on_exit(action, status)
+        assert on_exit(action, status, is_shutdown=True) is None
+    assert on_exit(conductor, 0, is_shutdown=True) is None
+
+
+def test_launch_names_an_argument_that_is_no_number(firmware, tmp_path, launch_file):
+    context = {name: default for name, (default, _) in launch_file.ARGUMENTS.items()}
+    for name in ("duration", "seed"):
+        with pytest.raises(ValueError, match=f"{name}:=soon: give a (whole )?number"):
+            launch_file.trial({**context, name: "soon"})

@@ -9,11 +9,13 @@ from pathlib import Path
 
 import psutil
 import rclpy
+from towtank_rig import RigError
 
 from towtank_bringup.closing import IncompleteTrial, close_trial, marked
 from towtank_bringup.conductor import open_conductor
 from towtank_bringup.course import drive_for, run_course
-from towtank_bringup.plan import plan_trial
+from towtank_bringup.plan import PlanError, plan_trial
+from towtank_bringup.progress import ProgressLine
 from towtank_bringup.result_table import print_result
 from towtank_bringup.stop_request import StopRequest
 
@@ -27,10 +29,11 @@ def main() -> int:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--runtime", type=Path, required=True)
     arguments, _ = parser.parse_known_args()  # launch adds --ros-args
-    planned = plan_trial(**vars(arguments))
+    say = ProgressLine()
     try:
+        planned = plan_trial(**vars(arguments))
         with StopRequest() as stop, marked(planned.directory):
-            conductor = open_conductor(planned.graph, stop.check, print)
+            conductor = open_conductor(planned.graph, stop.check, say)
             try:
                 # The nodes are siblings: children of the launch process.
                 run_course(
@@ -42,8 +45,11 @@ def main() -> int:
             finally:
                 conductor.close()
                 rclpy.try_shutdown()
-            print_result(close_trial(planned.directory, print), planned.directory.path)
-    except IncompleteTrial as error:
+            print_result(close_trial(planned.directory, say), planned.directory.path)
+    except (IncompleteTrial, PlanError, RigError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("stopped (trial marked incomplete)", file=sys.stderr)
+        return 130
     return 0

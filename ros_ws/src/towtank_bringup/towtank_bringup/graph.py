@@ -11,6 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+VIRTUAL_BOARD = "vboard/towtank-vboard"
+FIRMWARE_IMAGE = "towtank_board.elf"
+"""Where `make -C firmware` puts the program and what it executes, below its folder."""
+
 
 @dataclass(frozen=True)
 class RosNode:
@@ -144,9 +148,9 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
         Program(
             "virtual_board",
             (
-                str(tank.firmware / "vboard" / "towtank-vboard"),
+                str(tank.firmware / VIRTUAL_BOARD),
                 "--elf",
-                str(tank.firmware / "towtank_board.elf"),
+                str(tank.firmware / FIRMWARE_IMAGE),
                 "--pty-link",
                 str(tank.port),
                 "--bench-socket",

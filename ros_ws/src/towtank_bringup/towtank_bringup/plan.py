@@ -13,6 +13,8 @@ from towtank_daq.description import installed_description, load_description
 from towtank_rig import Rig, load_rig
 
 from towtank_bringup.graph import (
+    FIRMWARE_IMAGE,
+    VIRTUAL_BOARD,
     Graph,
     TrialSettings,
     VirtualTankSettings,
@@ -21,6 +23,8 @@ from towtank_bringup.graph import (
 )
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.trial_directory import TrialDirectory
+
+MINIMUM_DURATION_S = 5.0
 
 
 class PlanError(ValueError):
@@ -95,6 +99,11 @@ def plan_trial(
     socket's path may have 107 characters.
     Raises RigError for a bad rig file, PlanError for what else cannot be.
     """
+    if not duration >= MINIMUM_DURATION_S:
+        raise PlanError(
+            f"duration {duration:g} s: give at least the {MINIMUM_DURATION_S:g} s that a heave "
+            "ratio needs"
+        )
     if port and not port.exists():
         raise PlanError(
             f"port {port} does not exist: connect the board, or leave the port out for the "
@@ -142,10 +151,14 @@ def conversion_noise(rig: Rig) -> tuple[float, ...]:
 
 
 def _firmware_folder() -> Path:
+    mend = (
+        "start through ./towtank, or run `make -C firmware` and set TOWTANK_FIRMWARE to "
+        "build/firmware"
+    )
     folder = os.environ.get("TOWTANK_FIRMWARE")
     if not folder:
-        raise PlanError(
-            "the virtual board is not built: start through ./towtank, or run `make -C firmware` "
-            "and set TOWTANK_FIRMWARE to build/firmware"
-        )
+        raise PlanError(f"the virtual board is not known: {mend}")
+    for name in (VIRTUAL_BOARD, FIRMWARE_IMAGE):
+        if not (Path(folder) / name).is_file():
+            raise PlanError(f"the virtual board is not built, {folder} has no {name}: {mend}")
     return Path(folder)

@@ -9,6 +9,10 @@ _RUNNING = "IN_PROGRESS"
 _BROKEN = "INCOMPLETE"
 
 
+class TrialDirectoryError(RuntimeError):
+    """The directory cannot be made; the message says why."""
+
+
 class TrialDirectory:
     """bag/, logs/, result.json and report.html of one trial.
 
@@ -24,11 +28,16 @@ class TrialDirectory:
         self.report = path / "report.html"
 
     def create(self) -> None:
-        """Make the directory. FileExistsError if there is one: data are never overwritten."""
-        self.path.mkdir(parents=True)
-        (self.path / _RUNNING).write_text(
-            "This trial is running, or ended without a word. The bag in it is readable.\n"
-        )
+        """Make the directory. TrialDirectoryError if there is one: data are never overwritten."""
+        try:
+            self.path.mkdir(parents=True)
+            (self.path / _RUNNING).write_text(
+                "This trial is running, or ended without a word. The bag in it is readable.\n"
+            )
+        except FileExistsError as error:
+            raise TrialDirectoryError(f"output directory {self.path} exists") from error
+        except OSError as error:
+            raise TrialDirectoryError(f"cannot write {self.path}: {error.strerror}") from error
 
     def complete(self) -> None:
         """The trial is whole: take the mark away."""
@@ -37,3 +46,8 @@ class TrialDirectory:
     def incomplete(self) -> None:
         """The trial is not whole. Renaming needs no room: it works on a full disk too."""
         (self.path / _RUNNING).rename(self.path / _BROKEN)
+
+    def abandon(self) -> None:
+        """Nobody leads the trial any more: it is not whole unless it has been said to be."""
+        if (self.path / _RUNNING).exists():
+            self.incomplete()

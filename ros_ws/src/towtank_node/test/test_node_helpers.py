@@ -138,6 +138,28 @@ def test_main_loop_closes_the_node_on_a_signal(number):
     assert output.strip().endswith("closed")
 
 
+@pytest.mark.parametrize(("signalled", "status"), [(True, 0), (False, 1)])
+def test_main_loop_forgives_a_peer_that_goes_after_the_signal(signalled, status):
+    """Ctrl-C reaches all processes of a terminal, and the one at the other end may be faster."""
+    process = run_script(f"""
+        import os, signal, sys
+        from rclpy.node import Node
+        from towtank_node.main import run_node
+        class Device(Node):
+            def __init__(self):
+                super().__init__("device")
+                self.create_timer(0.05, self.send)
+            def send(self):
+                if {signalled}:
+                    os.kill(os.getpid(), signal.SIGINT)
+                raise BrokenPipeError("the peer is gone")
+        sys.exit(run_node(Device))
+    """)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == status
+    assert errors == ("" if signalled else "error: the peer is gone\n")
+
+
 def test_stream_executor_serves_messages_timers_and_services(context):
     """All that an executor serves, in one thread, with messages in the order of sending."""
     node = node_with(context)

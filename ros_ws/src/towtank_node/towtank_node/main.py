@@ -26,6 +26,7 @@ def run_node(
     while it can still publish: rclpy's own signal handlers would tear the context down first.
     Errors of the types in `expected_errors` (and ParameterError, OSError) end the process with
     one line on standard error and status 1; any other error is ours and shows its traceback.
+    A ConnectionError after the signal is none: what it was connected to has been stopped too.
     """
     stop_signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -40,6 +41,8 @@ def run_node(
             executor.spin_once()
         executor.shutdown()
     except (ParameterError, OSError, *expected_errors) as error:
+        if stop_signals and isinstance(error, ConnectionError):
+            return 0
         print(f"error: {error}", file=sys.stderr, flush=True)
         return 1
     finally:

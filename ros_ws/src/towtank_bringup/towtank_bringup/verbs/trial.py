@@ -26,15 +26,14 @@ from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.progress import ProgressLine
 from towtank_bringup.result_table import print_result
 from towtank_bringup.stop_request import StopRequest
+from towtank_bringup.trial_directory import TrialDirectoryError
 
 
 @click.command(name="trial")
 @click.option("--rig", default="nit_calicut_2012", help="Rig file, or name of one.")
 @click.option("--port", type=click.Path(path_type=Path), help="Serial port of the ADC board.")
 @click.option("--virtual", is_flag=True, help="Virtual board and tank (default without --port).")
-@click.option(
-    "--duration", type=click.FloatRange(min=5.0), default=40.0, help="Logged time, s (40)."
-)
+@click.option("--duration", type=float, default=40.0, help="Logged time, s (40).")
 @click.option("--out", type=click.Path(path_type=Path), help="New directory for the trial.")
 @click.option("--plant-rig", help="Virtual tank: the plant's own rig file (default: the rig).")
 @click.option(
@@ -57,7 +56,10 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
             raise click.ClickException(str(error)) from error
         for note in planned.notes():
             say(note)
-        _create(planned)
+        try:
+            planned.directory.create()
+        except TrialDirectoryError as error:
+            raise click.ClickException(f"{error}: give a new one with --out") from error
         try:
             with StopRequest() as stop, marked(planned.directory):
                 with _ros_domain():
@@ -71,20 +73,6 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
         click.echo(json.dumps(result, indent=2))
     else:
         print_result(result, planned.directory.path)
-
-
-def _create(planned: PlannedTrial) -> None:
-    path = planned.directory.path
-    try:
-        planned.directory.create()
-    except FileExistsError as error:
-        raise click.ClickException(
-            f"output directory {path} exists: give a new one with --out"
-        ) from error
-    except OSError as error:
-        raise click.ClickException(
-            f"cannot write {path}: {error.strerror}: give another directory with --out"
-        ) from error
 
 
 def _start_and_lead(planned: PlannedTrial, stop: StopRequest, say: ProgressLine) -> None:
