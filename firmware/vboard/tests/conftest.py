@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -23,9 +24,15 @@ from vboard import VirtualBoard  # noqa: E402
 
 @pytest.fixture(scope="session", autouse=True)
 def _built() -> None:
-    made = subprocess.run(
-        ["make", "-C", str(VBOARD), "test-programs"], capture_output=True, text=True, check=False
-    )
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with (BUILD / "test-programs.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # test runs beside this one build the same files
+        made = subprocess.run(
+            ["make", "-C", str(VBOARD), "test-programs"],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
     assert made.returncode == 0, made.stdout + made.stderr
 
 

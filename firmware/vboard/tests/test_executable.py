@@ -81,6 +81,7 @@ def feed(
     return angles
 
 
+@pytest.mark.real_time
 def test_a_trial_in_real_time(start):
     running = start("--crank-cpr", "2400", "--carriage-cpr", "1200", "--noise", "0")
     assert running.ready == f"ready pty={os.readlink(running.link)}\n"

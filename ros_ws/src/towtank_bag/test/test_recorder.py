@@ -104,6 +104,7 @@ def make_graph():
     rclpy.try_shutdown()
 
 
+@pytest.mark.real_time
 def test_the_bag_holds_what_was_sent(make_graph, tmp_path):
     graph = make_graph(tmp_path / "bag")
     graph.events.publish(TrialEvent(event="started"))  # before the recorder is up: latched
@@ -129,6 +130,7 @@ def test_the_bag_holds_what_was_sent(make_graph, tmp_path):
     assert bag.topics["/diagnostics"].count > 0
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_recording_cleanly(make_graph, tmp_path, end):
     graph = make_graph(tmp_path / "bag")

@@ -105,6 +105,7 @@ BATCH_PAUSE_S = 0.025
 TIMEOUT_S = 60.0
 
 
+@pytest.mark.real_time
 def test_the_node_publishes_what_its_bag_gives_later(tmp_path):
     """The whole way: messages through the middleware, the node, its results into a bag."""
     rclpy.init()

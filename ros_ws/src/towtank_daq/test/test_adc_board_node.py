@@ -105,6 +105,7 @@ def virtual_board(tmp_path):
     process.communicate()
 
 
+@pytest.mark.real_time
 @pytest.mark.timeout(60)
 def test_through_all_states(graph, virtual_board, tmp_path):
     made = graph(tmp_path / "board")
@@ -127,6 +128,7 @@ def test_through_all_states(graph, virtual_board, tmp_path):
     assert made.scans[0].header.frame_id == "adc_board"
 
 
+@pytest.mark.real_time
 @pytest.mark.timeout(60)
 def test_start_again_after_a_stop(graph, virtual_board, tmp_path):
     """Also over a cleanup; each start counts from 0."""
@@ -145,6 +147,7 @@ def test_start_again_after_a_stop(graph, virtual_board, tmp_path):
     assert made.node.trigger_configure() == SUCCESS
 
 
+@pytest.mark.real_time
 @pytest.mark.timeout(60)
 def test_ready_is_said_and_health_is_told(graph, virtual_board, tmp_path):
     made = graph(tmp_path / "board")

@@ -71,6 +71,7 @@ def board(tmp_path):
 # ---------------------------------------------------------------------------------- plant
 
 
+@pytest.mark.real_time
 def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
     odometry = graph.collect(Odometry, "/plant/fish/odometry", SENSOR_QOS)
     depressor = graph.collect(Odometry, "/plant/depressor/odometry", SENSOR_QOS)
@@ -120,6 +121,7 @@ def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
     assert plant.interrupt() == (0, "")
 
 
+@pytest.mark.real_time
 def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
     joints = graph.collect(JointState, "/plant/joint_states", SENSOR_QOS)
     client = graph.probe.create_client(SetDrive, "/plant/set_drive")
@@ -157,6 +159,7 @@ def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
 # ---------------------------------------------------------------------------------- bench
 
 
+@pytest.mark.real_time
 def test_bench_turns_the_plants_states_into_frames_before_their_time(graph, nit_calicut, board):
     odometry = graph.collect(Odometry, "/plant/depressor/odometry", SENSOR_QOS)
     graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
@@ -243,6 +246,7 @@ class Encoders:
         self._sample += samples
 
 
+@pytest.mark.real_time
 def test_twin_follows_measured_joints_and_reports_an_interruption(graph, nit_calicut):
     fish = graph.collect(Odometry, "/twin/fish/odometry", SENSOR_QOS)
     cables = graph.collect(CableState, "/twin/cable_state", SENSOR_QOS)

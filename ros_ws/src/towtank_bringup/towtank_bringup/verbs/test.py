@@ -6,8 +6,23 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 
 import click
+
+PYTEST = (sys.executable, "-m", "pytest")
+CHECKS = (
+    (sys.executable, "-m", "ruff", "check"),
+    (sys.executable, "-m", "ruff", "format", "--check", "--quiet"),
+    ("make", "--no-print-directory", "-C", "firmware", "test"),
+)
+REAL_TIME = "trial or real_time"
+"""Markers of the tests that need their processes in time: nothing else may run beside them."""
+TESTS = (
+    # Workers take tests over from one another at the end, so that none is left without work.
+    (*PYTEST, "-m", f"not ({REAL_TIME})", "-n", "auto", "--dist", "worksteal"),
+    (*PYTEST, "-m", REAL_TIME),
+)
 
 
 @click.command(name="test", context_settings={"ignore_unknown_options": True})
@@ -15,18 +30,25 @@ import click
 def command(pytest_arguments: tuple[str, ...]) -> None:
     """Run the linter, the firmware's host tests and all Python tests.
 
+    The Python tests run on all cores; those that run in real time come after them, one at a time.
     With arguments, run pytest alone with them, in the project's environment.
     """
     source = os.environ.get("TOWTANK_SOURCE")
     if not source:
         raise click.ClickException("the tests live in the source tree: start through ./towtank")
-    pytest = [sys.executable, "-m", "pytest", *pytest_arguments]
-    steps = [
-        [sys.executable, "-m", "ruff", "check"],
-        [sys.executable, "-m", "ruff", "format", "--check", "--quiet"],
-        ["make", "--no-print-directory", "-C", "firmware", "test"],
+
+    if pytest_arguments:
+        failures = _failures([(*PYTEST, *pytest_arguments)], source)
+    else:
+        failures = _failures(CHECKS, source) or _failures(TESTS, source)
+    if failures:
+        raise click.ClickException("failed: " + "; ".join(failures))
+
+
+def _failures(steps: Iterable[tuple[str, ...]], source: str) -> list[str]:
+    """Run every step, whatever becomes of the others. Returns those that failed."""
+    return [
+        " ".join(step)
+        for step in steps
+        if subprocess.run(step, cwd=source, check=False).returncode != 0
     ]
-    for step in [pytest] if pytest_arguments else [*steps, pytest]:
-        status = subprocess.run(step, cwd=source, check=False).returncode
-        if status:
-            raise click.ClickException(f"failed: {' '.join(step)}")
