@@ -125,14 +125,16 @@ class _Line:
         self._board.write(data)
 
     def read(self, timeout_s: float) -> bytes:
-        end_ns = self._board.now_ns + round(1e9 * timeout_s)
-        while not (data := self._board.read()) and self._board.now_ns < end_ns:
-            self._feed()
-            self._board.run_until(min(end_ns, self._board.now_ns + _QUANTUM_NS))
+        now_ns = self._board.now_ns
+        end_ns = now_ns + round(1e9 * timeout_s)
+        while not (data := self._board.read()) and now_ns < end_ns:
+            self._feed(now_ns)
+            now_ns = min(end_ns, now_ns + _QUANTUM_NS)
+            self._board.run_until(now_ns)
         return data
 
-    def _feed(self) -> None:
-        due = (self._board.now_ns + _LEAD_NS - START_NS) // 10_000_000 + 1  # one frame in 10 ms
+    def _feed(self, now_ns: int) -> None:
+        due = (now_ns + _LEAD_NS - START_NS) // 10_000_000 + 1  # one frame in 10 ms
         while self._fed < min(due, len(self._frames)):
             self._board.push_bench(self._frames[self._fed])
             self._fed += 1

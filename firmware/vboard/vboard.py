@@ -189,6 +189,7 @@ class VirtualBoard:
     ) -> None:
         self._board: int | None = None
         self._library = _load(Path(library))
+        self._chunk = ctypes.create_string_buffer(4096)  # for reading
         options = _Options()
         self._library.vb_default_options(ctypes.byref(options))
         options.size = ctypes.sizeof(_Options)
@@ -261,10 +262,9 @@ class VirtualBoard:
 
     def read(self) -> bytes:
         """All bytes that have left the board's UART since the last call."""
-        chunk = ctypes.create_string_buffer(4096)
         received = bytearray()
-        while count := self._library.vb_read(self._handle, chunk, len(chunk)):
-            received += chunk.raw[:count]
+        while count := self._library.vb_read(self._handle, self._chunk, len(self._chunk)):
+            received += ctypes.string_at(self._chunk, count)
         return bytes(received)
 
     def reset(self, cause: ResetCause) -> None:
