@@ -41,6 +41,8 @@ ARGUMENTS = {
     "seed": ("1", "virtual tank: seed of the sensor errors"),
 }
 CHOICES = {"noise": ["rig", "none"]}
+ENVIRONMENT = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "OPENBLAS_NUM_THREADS": "1"}
+"""What the script `towtank` sets too, unless it is set otherwise; it says why."""
 
 
 def ended(event: ProcessExited, context: LaunchContext) -> None:
@@ -145,7 +147,6 @@ def number(kind: type, name: str, value: dict[str, str]) -> float:
 
 def generate_launch_description() -> LaunchDescription:
     """What `ros2 launch` runs."""
-    discovery = "ROS_AUTOMATIC_DISCOVERY_RANGE"
     return LaunchDescription(
         [
             *(
@@ -157,9 +158,9 @@ def generate_launch_description() -> LaunchDescription:
                 )
                 for name, (default, description) in ARGUMENTS.items()
             ),
-            # As with the `towtank` command: the nodes are heard on this machine only by default.
-            SetEnvironmentVariable(
-                discovery, EnvironmentVariable(discovery, default_value="LOCALHOST")
+            *(
+                SetEnvironmentVariable(name, EnvironmentVariable(name, default_value=default))
+                for name, default in ENVIRONMENT.items()
             ),
             OpaqueFunction(function=trial),
         ]
