@@ -112,9 +112,11 @@ def _ros_domain() -> Iterator[None]:
     if "ROS_DOMAIN_ID" in os.environ:
         yield
         return
-    with domain_id() as domain:
-        os.environ["ROS_DOMAIN_ID"] = str(domain)
-        try:
-            yield
-        finally:
-            del os.environ["ROS_DOMAIN_ID"]
+    reservation = domain_id()
+    os.environ["ROS_DOMAIN_ID"] = str(reservation.__enter__())
+    try:
+        yield
+    finally:
+        del os.environ["ROS_DOMAIN_ID"]
+        # Not told of errors: it would take an OSError of the trial for a domain that is in use.
+        reservation.__exit__(None, None, None)
