@@ -4,12 +4,16 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import sim_core as sc
+
+sys.path.append(str(Path(__file__).parent))  # for the modules beside this one
 
 
 def composite_cable(

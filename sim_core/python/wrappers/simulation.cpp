@@ -197,6 +197,19 @@ Eigen::MatrixXd jacobian(const State& state, const Rates& rates) {
     return dense;
 }
 
+/// Assembles the Jacobian so many times, and each time solves with it if asked to: to be timed.
+void linear_systems(const State& state, const Rates& rates, int repeats, bool solve) {
+    Equations equations(state.model);
+    std::vector<Vec3> displacement(state.model->blocks());
+    equations.evaluate(state);
+    for (int i = 0; i < repeats; ++i) {
+        equations.assemble(state, rates);
+        if (!solve) continue;
+        equations.factor();
+        equations.solve(displacement);
+    }
+}
+
 }  // namespace
 
 void bind_simulation(nb::module_& module) {
@@ -477,6 +490,12 @@ The GIL is released while stepping; use each simulator from one thread at a time
             return displaced(s, displacement, {rates[0], rates[1], rates[2]});
         },
         "state"_a, "displacement"_a, "rates"_a);
+    module.def(
+        "_linear_systems",
+        [](const State& s, const Triple& rates, int repeats, bool solve) {
+            linear_systems(s, {rates[0], rates[1], rates[2]}, repeats, solve);
+        },
+        "state"_a, "rates"_a, "repeats"_a, "solve"_a);
 }
 
 }  // namespace sim_core::python

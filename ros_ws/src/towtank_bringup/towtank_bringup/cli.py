@@ -13,6 +13,7 @@ VERBS = {
     "compare": "Heave ratios of a recorded bag.",
     "sweep": "A study over the parameters of a rig.",
     "rig": "Work with rig files.",
+    "bench": "Measured comparisons with other programs.",
     "test": "Run the test suite.",
 }
 

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Iterable
+from pathlib import Path
 
 import click
+
+from towtank_bringup.source_tree import source_tree
 
 PYTEST = (sys.executable, "-m", "pytest")
 CHECKS = (
@@ -33,10 +35,7 @@ def command(pytest_arguments: tuple[str, ...]) -> None:
     The Python tests run on all cores; those that run in real time come after them, one at a time.
     With arguments, run pytest alone with them, in the project's environment.
     """
-    source = os.environ.get("TOWTANK_SOURCE")
-    if not source:
-        raise click.ClickException("the tests live in the source tree: start through ./towtank")
-
+    source = source_tree("the tests")
     if pytest_arguments:
         failures = _failures([(*PYTEST, *pytest_arguments)], source)
     else:
@@ -45,7 +44,7 @@ def command(pytest_arguments: tuple[str, ...]) -> None:
         raise click.ClickException("failed: " + "; ".join(failures))
 
 
-def _failures(steps: Iterable[tuple[str, ...]], source: str) -> list[str]:
+def _failures(steps: Iterable[tuple[str, ...]], source: Path) -> list[str]:
     """Run every step, whatever becomes of the others. Returns those that failed."""
     return [
         " ".join(step)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`towtank bench`: measured comparisons with other programs, in the source tree."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+
+from towtank_bringup.source_tree import source_tree
+
+
+@click.group(name="bench")
+def command() -> None:
+    """Measured comparisons with other programs (on first use they are installed into build/)."""
+
+
+@command.command()
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def sim(as_json: bool) -> None:
+    """Speed of the simulation core beside MoorDyn, CableDyn and a dense solver, on one core."""
+    run("sim.py", *(["--json"] if as_json else []))
+
+
+@command.command()
+@click.option("--write", is_flag=True, help="Keep MoorDyn's results for sim_core's tests.")
+def agreement(write: bool) -> None:
+    """Ten random two-part tows in the simulation core and in MoorDyn."""
+    run("agreement.py", *(["--write"] if write else []))
+
+
+def run(program: str, *arguments: str) -> None:
+    """Runs a program of tests/benchmarks with the other simulators on its path."""
+    source = source_tree("the benchmarks")
+    paths = [install_peers(source), source / "sim_core" / "tests", os.environ.get("PYTHONPATH")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(p) for p in paths if p)}
+    status = subprocess.run(
+        [sys.executable, source / "tests" / "benchmarks" / program, *arguments],
+        env=environment,
+        check=False,
+    ).returncode
+    if status:
+        raise click.ClickException(f"the benchmark failed: {program}")
+
+
+def install_peers(source: Path) -> Path:
+    """The folder with the other simulators, which only the benchmarks need."""
+    lock = source / "requirements" / "benchmarks.lock"
+    peers = source / "build" / "benchmarks"
+    installed = peers / lock.name  # the lock that the folder was made from
+    if not installed.exists() or installed.read_bytes() != lock.read_bytes():
+        click.echo("towtank: installing the other simulators ...", err=True)
+        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--upgrade"]
+        options = ["--no-deps", "--require-hashes", "--target", peers, "-r", lock]
+        if subprocess.run([*pip, *options], check=False).returncode:
+            raise click.ClickException(f"pip could not install {lock.name}: see above")
+        installed.write_bytes(lock.read_bytes())
+    return peers
