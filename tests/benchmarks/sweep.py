@@ -14,12 +14,14 @@ from pathlib import Path
 
 from measuring import Outcome, Row, say
 from towtank_study.execution import local_pool
+from towtank_study.loading import read_document
 from towtank_study.running import plan_study, run_study
 
 TO_REACH = 0.9
 RIG = Path(__file__).parents[2] / "hardware" / "rigs" / "wu_chwang_2001.yaml"
 STUDY = f"""
 name: efficiency
+description: how near two cores come to twice the speed of one
 rig: {RIG}
 parameters:
   - {{path: lines.secondary.length, range: [1.0, 2.0]}}
@@ -36,7 +38,7 @@ def measure() -> Outcome:
         with tempfile.TemporaryDirectory() as directory:
             file = Path(directory) / "study.yaml"
             file.write_text(STUDY)
-            planned = plan_study(file, Path)
+            planned = plan_study(read_document(file), Path)
             start = time.perf_counter()
             with local_pool(count) as pool:
                 run_study(planned, Path(directory) / "out", pool, count)
