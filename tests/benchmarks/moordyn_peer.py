@@ -156,16 +156,16 @@ class MoorDynTow:
         return self._coupling_step
 
     def depressor_height(self) -> float:
-        return moordyn.GetPointPos(self._depressor)[2]
+        return float(moordyn.GetPointPos(self._depressor)[2])
 
     def top_tension(self) -> float:
         return float(np.linalg.norm(moordyn.GetLineNodeTen(self._lines[0], 0)))
 
     def nose_height(self) -> float:
-        return moordyn.GetRodNodePos(self._fish, 0)[2]
+        return float(moordyn.GetRodNodePos(self._fish, 0)[2])
 
     def largest_tension(self) -> float:
-        return max(moordyn.GetLineMaxTen(line) for line in self._lines)
+        return max(float(moordyn.GetLineMaxTen(line)) for line in self._lines)
 
     def heave(self, motion: sc.Motion, t_end: float, period: float, periods: int) -> Heave:
         """Follows the law until `t_end` (s) and sums up the last so many periods."""

@@ -20,11 +20,31 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "sim_core/error.hpp"
 #include "sim_core/model.hpp"
 #include "sim_core/motion.hpp"
 #include "sim_core/simulator.hpp"
+
+// Numbers in a row may as well come as an array: nanobind takes one, only the type in the stubs leaves it out.
+namespace nanobind::detail {
+
+template <class Caster>
+struct RowCaster : Caster {
+    static constexpr auto Name = io_name(
+        "collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.float64]", "list[float]");
+};
+
+template <std::size_t size>
+struct type_caster<std::array<double, size>>
+    : RowCaster<array_caster<std::array<double, size>, double, size>> {};
+
+template <>
+struct type_caster<std::vector<double>>
+    : RowCaster<list_caster<std::vector<double>, double>> {};
+
+}  // namespace nanobind::detail
 
 namespace sim_core::python {
 
