@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "board_protocol.h"
+#include "configuration.h"
 #include "hal.h"
 
 #define READ 0x40u // bit of the communications byte
@@ -24,6 +24,7 @@
 #define ERROR_EN_RESET 0x000040ul
 #define ERROR_EN_SPI_CRC (1ul << 2)
 
+#define CHANNEL_SETUP_SHIFT 12
 #define FILTER_TYPE_SHIFT 21
 #define FILTER_POST_RESET (3ul << 17) // reset value of a field that sinc filters do not use
 
@@ -97,40 +98,48 @@ static bool turn_crc_on(void)
     return register_holds(&setting);
 }
 
-static struct setting housekeeping_setting(uint8_t source)
+static bool set_up_slot(uint8_t slot, uint16_t channel, uint16_t config, uint32_t filter)
 {
-    static const uint16_t sources[BOARD_HOUSEKEEPING_COUNT] = BOARD_ADC_HOUSEKEEPING_REGISTERS;
-    return (struct setting){AD7124_CHANNEL_0 + BOARD_CHANNEL_COUNT, 2, sources[source]};
+    return write_and_verify(&(struct setting){(uint8_t)(AD7124_CONFIG_0 + slot), 2, config}) &&
+           write_and_verify(&(struct setting){(uint8_t)(AD7124_FILTER_0 + slot), 3, filter}) &&
+           write_and_verify(&(struct setting){(uint8_t)(AD7124_CHANNEL_0 + slot), 2, channel});
 }
 
-bool ad7124_set_up(uint16_t fs)
+// CONFIG's code of a gain: its binary logarithm.
+static uint16_t pga(uint8_t gain)
 {
-    static const uint16_t config[BOARD_ADC_SETUP_COUNT] = BOARD_ADC_CONFIG_REGISTERS;
-    static const uint16_t channel[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_REGISTERS;
-    const uint32_t filter =
-        (uint32_t)BOARD_ADC_FILTER_TYPE << FILTER_TYPE_SHIFT | FILTER_POST_RESET | fs;
+    uint16_t code = 0;
+    while (gain >>= 1)
+        code++;
+    return code;
+}
+
+static const uint16_t housekeeping[BOARD_HOUSEKEEPING_COUNT] = BOARD_ADC_HOUSEKEEPING_REGISTERS;
+
+bool ad7124_set_up(const struct configure_arguments *configuration)
+{
+    static const uint16_t inputs[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_REGISTERS;
+    static const uint16_t configs[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_CONFIG;
+    const uint32_t filter = (uint32_t)configuration->filter_type << FILTER_TYPE_SHIFT |
+                            FILTER_POST_RESET | configuration->filter_fs;
 
     if (ad7124_reset() == 0 || !turn_crc_on())
         return false;
-    for (uint8_t i = 0; i < BOARD_ADC_SETUP_COUNT; i++) {
-        if (!write_and_verify(&(struct setting){(uint8_t)(AD7124_CONFIG_0 + i), 2, config[i]}))
-            return false;
-        if (!write_and_verify(&(struct setting){(uint8_t)(AD7124_FILTER_0 + i), 3, filter}))
-            return false;
-    }
-    for (uint8_t i = 0; i < BOARD_CHANNEL_COUNT; i++) {
-        if (!write_and_verify(&(struct setting){(uint8_t)(AD7124_CHANNEL_0 + i), 2, channel[i]}))
+    uint8_t count = configuration_channels(configuration);
+    for (uint8_t slot = 0; slot < count; slot++) {
+        uint8_t channel = configuration->order[slot];
+        uint16_t config = configs[channel] | pga(configuration->gains[channel]);
+        if (!set_up_slot(slot, inputs[channel] | (uint16_t)(slot << CHANNEL_SETUP_SHIFT), config,
+                         filter))
             return false;
     }
-    struct setting first_source = housekeeping_setting(0);
-    return write_and_verify(&first_source) &&
+    return set_up_slot(BOARD_CHANNEL_COUNT, housekeeping[0], BOARD_ADC_HOUSEKEEPING_CONFIG, filter) &&
            write_and_verify(&(struct setting){AD7124_ADC_CONTROL, 2, CONTROL});
 }
 
 void ad7124_select_housekeeping(uint8_t source)
 {
-    struct setting setting = housekeeping_setting(source);
-    write_register(&setting);
+    write_register(&(struct setting){AD7124_CHANNEL_0 + BOARD_CHANNEL_COUNT, 2, housekeeping[source]});
 }
 
 bool ad7124_read_conversion(struct ad7124_conversion *conversion)
@@ -141,6 +150,6 @@ bool ad7124_read_conversion(struct ad7124_conversion *conversion)
     if (hal_crc8_ccitt(0, bytes, sizeof bytes) != 0)
         return false;
     conversion->code = (uint32_t)bytes[1] << 16 | (uint16_t)(bytes[2] << 8) | bytes[3];
-    conversion->channel = bytes[4] & STATUS_CHANNEL;
+    conversion->slot = bytes[4] & STATUS_CHANNEL;
     return true;
 }

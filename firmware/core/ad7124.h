@@ -9,6 +9,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "board_protocol.h"
+
 enum ad7124_register {
     AD7124_STATUS = 0x00,
     AD7124_ADC_CONTROL = 0x01,
@@ -23,16 +25,16 @@ enum ad7124_register {
 
 struct ad7124_conversion {
     uint32_t code;   // 24 bits
-    uint8_t channel; // number of the CHANNEL register it belongs to
+    uint8_t slot;    // number of the CHANNEL register it belongs to
 };
 
 // Resets the chip and reads its ID register; 0 if nothing answers as an AD7124-8.
 uint8_t ad7124_reset(void);
 
-// Resets the chip and writes the board's set-up with filter word `fs`: scan channels 0 … n−1 and
-// housekeeping source 0 behind them. Every register is read back; false if one is not as written.
-// The ADC must be held by SYNC.
-bool ad7124_set_up(uint16_t fs);
+// Resets the chip and writes a configuration: CHANNEL_n, CONFIG_n and FILTER_n for the n-th channel
+// of its order, and housekeeping source 0 behind all that there may be. Every register is read back;
+// false if one is not as written. The ADC must be held by SYNC.
+bool ad7124_set_up(const struct configure_arguments *configuration);
 
 // Chooses the housekeeping source. The ADC must be held by SYNC.
 void ad7124_select_housekeeping(uint8_t source);

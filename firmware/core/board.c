@@ -16,6 +16,7 @@ static void send_boot(struct board *board)
         .reset_cause = hal_reset_cause(),
         .boot_count = hal_boot_count(),
         .schema_hash = BOARD_SCHEMA_HASH,
+        .configuration_origin = board->storage.origin,
     };
     uint8_t payload[1 + BOOT_FRAME_SIZE] = {BOARD_FRAME_BOOT};
     boot_frame_pack(payload + 1, &boot);
@@ -25,7 +26,8 @@ static void send_boot(struct board *board)
 void board_init(struct board *board)
 {
     *board = (struct board){0};
-    scan_init(&board->scan, &board->transmitter);
+    struct configure_arguments configuration = storage_load(&board->storage);
+    scan_init(&board->scan, &board->transmitter, &configuration);
     hal_adc_hold();
     board->adc_id = ad7124_reset();
     board->last_host_frame = (uint32_t)hal_time();
@@ -56,6 +58,7 @@ struct health_frame board_health(const struct board *board)
         .supply_code = board->scan.housekeeping_codes[BOARD_HOUSEKEEPING_SUPPLY],
         .scans_scheduled = scan_scheduled(&board->scan),
         .state = board->scan.streaming ? BOARD_STATE_STREAMING : BOARD_STATE_IDLE,
+        .configuration_origin = board->storage.origin,
     };
 }
 

@@ -9,6 +9,7 @@
 
 #include "frame.h"
 #include "scan.h"
+#include "storage.h"
 #include "transmit.h"
 #include "watchdog.h"
 
@@ -17,6 +18,7 @@ struct board {
     struct scan scan;
     struct frame_parser parser;
     struct watchdog watchdog;
+    struct storage storage;
     uint8_t adc_id;
     uint32_t last_host_frame; // low half of the time of the last good frame
     uint32_t last_health;

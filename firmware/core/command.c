@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.h"
 
+#include <string.h>
+
 #include "board.h"
 #include "board_protocol.h"
+#include "configuration.h"
 #include "hal.h"
 
 #define REQUEST_HEADER 2u  // type, request id
@@ -21,12 +24,20 @@ static uint8_t identify(struct board *board, const uint8_t *arguments, uint8_t *
         .firmware_version = BOARD_FIRMWARE_VERSION,
         .adc_id = board->adc_id,
         .clock_hz = BOARD_TICK_HZ,
-        .calibration_id = hal_calibration_id(),
-        .board_serial = hal_board_serial(),
+        .calibration_id = storage_number(BOARD_EEPROM_CALIBRATION_ID),
+        .board_serial = storage_number(BOARD_EEPROM_BOARD_SERIAL),
     };
     identify_response_pack(data, &response);
     *size = IDENTIFY_RESPONSE_SIZE;
     return BOARD_STATUS_OK;
+}
+
+static bool same(const struct configure_arguments *a, const struct configure_arguments *b)
+{
+    uint8_t bytes_a[CONFIGURE_ARGUMENTS_SIZE], bytes_b[CONFIGURE_ARGUMENTS_SIZE];
+    configure_arguments_pack(bytes_a, a);
+    configure_arguments_pack(bytes_b, b);
+    return memcmp(bytes_a, bytes_b, CONFIGURE_ARGUMENTS_SIZE) == 0;
 }
 
 static uint8_t configure(struct board *board, const uint8_t *arguments, uint8_t *data,
@@ -34,8 +45,15 @@ static uint8_t configure(struct board *board, const uint8_t *arguments, uint8_t 
 {
     struct configure_arguments wanted;
     configure_arguments_unpack(&wanted, arguments);
-    if (!scan_configure(&board->scan, wanted.rate_hz, wanted.filter_fs))
-        return BOARD_STATUS_BAD_ARGUMENT;
+    uint8_t status = configuration_check(&wanted);
+    if (status != BOARD_STATUS_OK)
+        return status;
+    // Hosts configure at every start: a write each would wear the EEPROM out.
+    bool stored = board->storage.origin == BOARD_CONFIGURATION_ORIGIN_STORED &&
+                  same(&wanted, &board->scan.configuration);
+    scan_configure(&board->scan, &wanted);
+    if (!stored && !storage_save(&board->storage, &wanted))
+        return BOARD_STATUS_STORAGE_FAULT;
     struct configure_response response = {.period_ticks = board->scan.period};
     configure_response_pack(data, &response);
     *size = CONFIGURE_RESPONSE_SIZE;
@@ -86,6 +104,15 @@ static uint8_t counters(struct board *board, const uint8_t *arguments, uint8_t *
     return BOARD_STATUS_OK;
 }
 
+static uint8_t configuration(struct board *board, const uint8_t *arguments, uint8_t *data,
+                             uint8_t *size)
+{
+    (void)arguments;
+    configure_arguments_pack(data, &board->scan.configuration);
+    *size = CONFIGURE_ARGUMENTS_SIZE;
+    return BOARD_STATUS_OK;
+}
+
 enum when { ALWAYS, IDLE_ONLY };
 
 struct command {
@@ -102,6 +129,7 @@ static const struct command commands[] = {
     {BOARD_COMMAND_STOP, 0, ALWAYS, stop},
     {BOARD_COMMAND_SYNC, 0, ALWAYS, sync},
     {BOARD_COMMAND_COUNTERS, 0, ALWAYS, counters},
+    {BOARD_COMMAND_CONFIGURATION, 0, ALWAYS, configuration},
 };
 
 static uint8_t carry_out(struct board *board, const uint8_t *payload, uint8_t length, uint8_t *data,

@@ -2,38 +2,21 @@
 #include "scan.h"
 
 #include "ad7124.h"
+#include "configuration.h"
 
-// Time for reading the last conversion and sending the frame before the next tick.
-#define READOUT_TICKS (BOARD_TICK_HZ / 5000)
-
-// Longest duration of the scan's conversions, in ticks: the ADC's clock may be 5 % slow.
-static uint32_t longest_scan(uint16_t fs)
+void scan_configure(struct scan *scan, const struct configure_arguments *configuration)
 {
-    uint32_t cycles = (uint32_t)BOARD_ADC_FILTER_ORDER * 32u * fs + BOARD_ADC_FILTER_DEAD_CYCLES;
-    uint64_t ticks = (uint64_t)cycles * BOARD_CHANNEL_COUNT * BOARD_TICK_HZ;
-    return (uint32_t)(ticks * 21 / 20 / BOARD_ADC_MASTER_CLOCK_HZ);
+    scan->configuration = *configuration;
+    scan->channels = configuration_channels(configuration);
+    scan->period = configuration_period(configuration);
+    scan->latest_conversion = configuration_longest_scan(configuration);
 }
 
-bool scan_configure(struct scan *scan, uint16_t rate_hz, uint16_t filter_fs)
-{
-    if (rate_hz < BOARD_RATE_MINIMUM_HZ || rate_hz > BOARD_RATE_MAXIMUM_HZ)
-        return false;
-    if (filter_fs < BOARD_ADC_FS_MINIMUM || filter_fs > BOARD_ADC_FS_MAXIMUM)
-        return false;
-    uint32_t period = (BOARD_TICK_HZ + rate_hz / 2) / rate_hz;
-    uint32_t latest_conversion = longest_scan(filter_fs) + READOUT_TICKS;
-    if (latest_conversion > period)
-        return false;
-    scan->period = period;
-    scan->filter_fs = filter_fs;
-    scan->latest_conversion = latest_conversion;
-    return true;
-}
-
-void scan_init(struct scan *scan, struct transmitter *transmitter)
+void scan_init(struct scan *scan, struct transmitter *transmitter,
+               const struct configure_arguments *configuration)
 {
     *scan = (struct scan){.transmitter = transmitter};
-    scan_configure(scan, BOARD_RATE_DEFAULT_HZ, BOARD_ADC_FS_DEFAULT);
+    scan_configure(scan, configuration);
 }
 
 // In interrupt context.
@@ -52,7 +35,7 @@ static void on_tick(void *context, uint64_t scheduled)
 bool scan_start(struct scan *scan, uint64_t *first)
 {
     hal_adc_hold();
-    if (!ad7124_set_up(scan->filter_fs))
+    if (!ad7124_set_up(&scan->configuration))
         return false;
     scan->housekeeping_selected = 0;
     scan->housekeeping_wanted = 0;
@@ -113,7 +96,7 @@ static void send_record(struct scan *scan)
 
 static bool channels_missing(const struct scan *scan)
 {
-    return scan->converting && scan->slot < BOARD_CHANNEL_COUNT;
+    return scan->converting && scan->slot < scan->channels;
 }
 
 static void cut_short(struct scan *scan)
@@ -142,18 +125,19 @@ static void rest(struct scan *scan)
 // Takes the conversion into the record and moves to the slot behind it.
 static void take_channel(struct scan *scan, const struct ad7124_conversion *conversion)
 {
-    uint8_t channel = conversion->channel;
-    if (channel != scan->slot) {
+    uint8_t slot = conversion->slot;
+    if (slot != scan->slot) {
         scan->counters.sequence_errors++;
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;
     }
-    if (channel < scan->slot || channel >= BOARD_CHANNEL_COUNT) {
-        scan->slot = BOARD_CHANNEL_COUNT; // the scan's other conversions are lost
+    if (slot < scan->slot || slot >= scan->channels) {
+        scan->slot = scan->channels; // the scan's other conversions are lost
         return;
     }
+    uint8_t channel = scan->configuration.order[slot];
     scan->record.codes[channel] = conversion->code;
     scan->record.valid_mask = (uint8_t)(scan->record.valid_mask | 1u << channel);
-    scan->slot = (uint8_t)(channel + 1);
+    scan->slot = (uint8_t)(slot + 1);
 }
 
 // The ADC goes round its channels until it is held. Had the main loop slept, a conversion could be
@@ -174,7 +158,7 @@ static bool read_channel(struct scan *scan)
     if (late) {
         scan->counters.sequence_errors++;
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;
-        scan->slot = BOARD_CHANNEL_COUNT;
+        scan->slot = scan->channels;
     } else if (crc_good) {
         take_channel(scan, &conversion);
     } else {
@@ -195,7 +179,7 @@ static void read_housekeeping(struct scan *scan)
     struct ad7124_conversion conversion;
     if (!ad7124_read_conversion(&conversion)) {
         scan->counters.spi_crc_errors++;
-    } else if (!scan->latch.pending && conversion.channel == BOARD_CHANNEL_COUNT) {
+    } else if (!scan->latch.pending && conversion.slot == BOARD_CHANNEL_COUNT) {
         scan->housekeeping_codes[scan->housekeeping_selected] = conversion.code;
         scan->housekeeping_wanted =
             (uint8_t)((scan->housekeeping_selected + 1u) % BOARD_HOUSEKEEPING_COUNT);

@@ -33,8 +33,9 @@ struct scan_counters {
 
 struct scan {
     struct transmitter *transmitter;
-    uint32_t period; // ticks
-    uint16_t filter_fs;
+    struct configure_arguments configuration; // of this and the next stream
+    uint8_t channels;                         // that a scan converts
+    uint32_t period;                          // ticks
     uint32_t latest_conversion; // ticks after the scan's start: what ends later is of another round
     bool streaming; // between start and stop
 
@@ -45,7 +46,7 @@ struct scan {
 
     // The scan that the main loop reads.
     bool converting; // conversions of it are still to come
-    uint8_t slot;    // the next one; BOARD_CHANNEL_COUNT is housekeeping
+    uint8_t slot;    // the next one; behind the last channel comes housekeeping
     struct data_frame record;
     uint32_t reported_missed_ticks; // what the last record knew
     uint32_t reported_illegal_steps;
@@ -56,11 +57,12 @@ struct scan {
     uint32_t housekeeping_codes[BOARD_HOUSEKEEPING_COUNT]; // 0 until first read
 };
 
-void scan_init(struct scan *scan, struct transmitter *transmitter);
+void scan_init(struct scan *scan, struct transmitter *transmitter,
+               const struct configure_arguments *configuration);
 
-// Sets rate and filter of the next start. False, and nothing changed, if the rate is out of range
-// or a scan does not fit its period. Only while not streaming.
-bool scan_configure(struct scan *scan, uint16_t rate_hz, uint16_t filter_fs);
+// Takes a configuration that has passed configuration_check for the next start. Only while not
+// streaming.
+void scan_configure(struct scan *scan, const struct configure_arguments *configuration);
 
 // Sets the ADC up and starts the sample timer; *first is scan 0's instant. False if the ADC does
 // not answer as it should.

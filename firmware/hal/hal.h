@@ -70,6 +70,12 @@ void hal_serial_write(const uint8_t *bytes, uint8_t count);
 uint16_t hal_crc16_ccitt(uint16_t crc, const uint8_t *bytes, uint8_t count); // polynomial 0x1021
 uint8_t hal_crc8_ccitt(uint8_t crc, const uint8_t *bytes, uint8_t count);    // polynomial 0x07
 
+// ---- EEPROM: bytes that outlive power, 0xFF where never written
+
+void hal_eeprom_read(uint16_t address, uint8_t *bytes, uint8_t count);
+// Takes 3.4 ms for each byte that differs.
+void hal_eeprom_write(uint16_t address, const uint8_t *bytes, uint8_t count);
+
 // ---- the board itself
 
 void hal_watchdog_kick(void);
@@ -77,7 +83,5 @@ void hal_led_toggle(void);
 uint8_t hal_reset_cause(void);       // BOARD_RESET_CAUSE_… bits
 uint16_t hal_boot_count(void);       // resets since power-on, this one included
 uint16_t hal_stack_low_water(void);  // bytes of stack never used; settles over the first calls
-uint32_t hal_board_serial(void);     // 0xFFFFFFFF: never written
-uint32_t hal_calibration_id(void);   // 0xFFFFFFFF: never written
 
 #endif

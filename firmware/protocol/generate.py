@@ -40,8 +40,6 @@ INPUTS = {f"AIN{i}": i for i in range(16)} | {
 }
 REFERENCES = {"refin1": 0, "refin2": 1, "internal": 2, "avdd": 3}
 PGA_GAINS = {1: 0, 2: 1, 4: 2, 8: 3, 16: 4, 32: 5, 64: 6, 128: 7}
-FILTER_TYPES = {"sinc4": 0, "sinc3": 2}
-FILTER_ORDER = {"sinc4": 4, "sinc3": 3}
 MAXIMUM_SETUPS = 8
 
 
@@ -74,13 +72,15 @@ class Field:
 
 
 def layouts(board: dict[str, Any]) -> Iterator[tuple[str, list[Field]]]:
-    """Every layout as (C name, fields)."""
+    """Every layout as (C name, fields); one that a response shares with another is not repeated."""
+    known = [frame["fields"] for frame in board["stream"].values()]
+    known += [command["arguments"] for command in board["commands"].values()]
     for name, frame in board["stream"].items():
         yield f"{name}_frame", [Field(*field) for field in frame["fields"]]
     for name, command in board["commands"].items():
         if command["arguments"]:
             yield f"{name}_arguments", [Field(*field) for field in command["arguments"]]
-        if command["response"] and command["response"] != board["stream"]["health"]["fields"]:
+        if command["response"] and command["response"] not in known:
             yield f"{name}_response", [Field(*field) for field in command["response"]]
     yield "bench_frame", [Field(*field) for field in board["bench"]["fields"]]
 
@@ -95,23 +95,32 @@ def check_consistency(board: dict[str, Any]) -> None:
         check(slot["setup"] in board["adc"]["setups"], f"{where}: no setup {slot['setup']!r}")
         for side in ("positive", "negative"):
             check(slot[side] in INPUTS, f"{where}: no ADC input {slot[side]!r}")
-    check(len(board["adc"]["setups"]) <= MAXIMUM_SETUPS, "adc.setups: the ADC has eight")
+    # Each channel has a setup of its own, because it has a gain of its own; housekeeping has one.
+    check(len(channels) + 1 <= MAXIMUM_SETUPS, "channels: the ADC has eight setups")
+    setups = {source["setup"] for source in board["housekeeping"]}
+    check(len(setups) == 1, "housekeeping: its sources share one setup")
     for name, setup in board["adc"]["setups"].items():
         check(
             setup["reference"] in REFERENCES, f"setup {name}: no reference {setup['reference']!r}"
         )
         check(setup["pga"] in PGA_GAINS, f"setup {name}: no gain {setup['pga']!r}")
     adc_filter = board["adc"]["filter"]
-    check(adc_filter["type"] in FILTER_TYPES, "adc.filter.type: sinc3 or sinc4")
-    check(
-        adc_filter["order"] == FILTER_ORDER[adc_filter["type"]],
-        "adc.filter.order: is not that of the type",
-    )
+    check(adc_filter["type"] in adc_filter["types"], "adc.filter.type: is none of adc.filter.types")
 
     data = {field.name: field for field in dict(layouts(board))["data_frame"]}
     check(data["codes"].count == len(channels), "data.codes: one element per channel")
     bench = {field.name: field for field in dict(layouts(board))["bench_frame"]}
     check(bench["terminal_volts"].count == len(channels), "bench.terminal_volts: one per channel")
+    arguments = dict(layouts(board))["configure_arguments"]
+    for field in arguments:
+        check(field.count in (None, len(channels)), f"configure.{field.name}: one per channel")
+    slots = board["eeprom"]["configuration"]["slots"]
+    check(len(slots) == 2, "eeprom.configuration.slots: two")
+    slot_size = 2 + sum(field.size for field in arguments) + 2
+    check(
+        min(slots) >= 8 and abs(slots[0] - slots[1]) >= slot_size,
+        f"eeprom: {slot_size} bytes a slot overlap with something else",
+    )
 
     wire = board["wire"]
     types = [frame["type"] for frame in board["stream"].values()]
@@ -145,14 +154,9 @@ def config_register(setup: dict[str, Any]) -> int:
     )
 
 
-def channel_register(slot: dict[str, Any], setups: list[str]) -> int:
+def channel_register(slot: dict[str, Any], setup: int = 0) -> int:
     """AD7124 CHANNEL_n: enable 15, setup 14:12, AINP 9:5, AINM 4:0."""
-    return (
-        1 << 15
-        | setups.index(slot["setup"]) << 12
-        | INPUTS[slot["positive"]] << 5
-        | INPUTS[slot["negative"]]
-    )
+    return 1 << 15 | setup << 12 | INPUTS[slot["positive"]] << 5 | INPUTS[slot["negative"]]
 
 
 def define(name: str, value: object) -> str:
@@ -182,7 +186,7 @@ def pin_lines(pins: dict[str, Any]) -> Iterator[str]:
 def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     controller, adc, wire = board["microcontroller"], board["adc"], board["wire"]
     channels = board["channels"]
-    setups = list(adc["setups"])
+    setups = adc["setups"]
     rate = board["sampling"]["rate_hz"]
 
     yield define("BOARD_PROTOCOL", f"{board['protocol']}u")
@@ -203,18 +207,28 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     yield define("BOARD_ADC_SPI_CLOCK_HZ", u32(adc["spi"]["clock_hz"]))
     yield define("BOARD_ADC_INTERNAL_REFERENCE_VOLTS", adc["internal_reference_volts"])
     yield define("BOARD_ADC_REFIN1_PER_EXCITATION", adc["refin1_per_excitation"])
-    yield define("BOARD_ADC_FILTER_ORDER", f"{adc['filter']['order']}u")
-    yield define("BOARD_ADC_FILTER_TYPE", f"{FILTER_TYPES[adc['filter']['type']]}u")
+    for name, kind in adc["filter"]["types"].items():
+        yield define(f"BOARD_ADC_FILTER_{name.upper()}", f"{kind['code']}u")
+        yield define(f"BOARD_ADC_FILTER_{name.upper()}_ORDER", f"{kind['order']}u")
+    default = adc["filter"]["types"][adc["filter"]["type"]]
+    yield define("BOARD_ADC_FILTER_DEFAULT", f"{default['code']}u")
     yield define("BOARD_ADC_FILTER_DEAD_CYCLES", f"{adc['filter']['dead_cycles']}u")
     for limit, value in adc["filter"]["fs"].items():
         yield define(f"BOARD_ADC_FS_{limit.upper()}", f"{value}u")
-    yield define("BOARD_ADC_SETUP_COUNT", f"{len(setups)}u")
-    yield "/* CONFIG_n by setup; CHANNEL_n by channel; CHANNEL_6 by housekeeping source. */"
-    config = [hexadecimal(config_register(adc["setups"][name]), 4) for name in setups]
-    yield define("BOARD_ADC_CONFIG_REGISTERS", braces(config))
-    for group in ("channels", "housekeeping"):
-        values = [hexadecimal(channel_register(slot, setups), 4) for slot in board[group]]
-        yield define(f"BOARD_ADC_{group.upper()}_REGISTERS", braces(values))
+    yield "/* CHANNEL_n without its setup and CONFIG_n without its gain, by channel. */"
+    words = [hexadecimal(channel_register(channel), 4) for channel in channels]
+    yield define("BOARD_ADC_CHANNELS_REGISTERS", braces(words))
+    words = [
+        hexadecimal(config_register(setups[channel["setup"]] | {"pga": 1}), 4)
+        for channel in channels
+    ]
+    yield define("BOARD_ADC_CHANNELS_CONFIG", braces(words))
+    yield define("BOARD_ADC_CHANNELS_GAIN", braces([setups[c["setup"]]["pga"] for c in channels]))
+    yield "/* The slot behind the channels: CHANNEL_n by source, and its CONFIG_n. */"
+    words = [hexadecimal(channel_register(s, len(channels)), 4) for s in board["housekeeping"]]
+    yield define("BOARD_ADC_HOUSEKEEPING_REGISTERS", braces(words))
+    word = config_register(setups[board["housekeeping"][0]["setup"]])
+    yield define("BOARD_ADC_HOUSEKEEPING_CONFIG", hexadecimal(word, 4))
     yield ""
     yield define("BOARD_CHANNEL_COUNT", f"{len(channels)}u")
     for index, channel in enumerate(channels):
@@ -226,6 +240,12 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     for key in ("gain", "output_reference_volts", "pole_hz", "noise_volts"):
         yield define(f"BOARD_AFE_{key.upper()}", braces([channel[key] for channel in channels]))
     yield ""
+    eeprom = board["eeprom"]
+    yield define("BOARD_EEPROM_BOARD_SERIAL", f"{eeprom['board_serial']}u")
+    yield define("BOARD_EEPROM_CALIBRATION_ID", f"{eeprom['calibration_id']}u")
+    yield define("BOARD_EEPROM_CONFIGURATION_VERSION", f"{eeprom['configuration']['version']}u")
+    yield define("BOARD_EEPROM_CONFIGURATION_SLOTS", braces(eeprom["configuration"]["slots"]))
+    yield ""
     yield define("BOARD_WIRE_BAUD", u32(wire["baud"]))
     yield define("BOARD_WIRE_DELIMITER", f"{wire['delimiter']}u")
     yield define("BOARD_WIRE_MAXIMUM_PAYLOAD", f"{wire['maximum_payload']}u")
@@ -236,7 +256,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
         yield define(f"BOARD_FRAME_{name.upper()}", hexadecimal(frame["type"], 2))
     for name, command in board["commands"].items():
         yield define(f"BOARD_COMMAND_{name.upper()}", hexadecimal(command["type"], 2))
-    for group in ("status", "board_state", "data_flags", "reset_cause"):
+    for group in ("status", "board_state", "configuration_origin", "data_flags", "reset_cause"):
         for name, value in board[group].items():
             prefix = {"board_state": "STATE", "data_flags": "FLAG"}.get(group, group.upper())
             yield define(f"BOARD_{prefix}_{name.upper()}", f"{value}u")

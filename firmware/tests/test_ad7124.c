@@ -2,6 +2,7 @@
 #include "ad7124.h"
 #include "board_protocol.h"
 #include "check.h"
+#include "configuration.h"
 #include "fake_ad7124.h"
 #include "hal_host.h"
 
@@ -12,6 +13,12 @@ static int connect(void **state)
     fake_ad7124_connect(&device);
     *state = &device;
     return 0;
+}
+
+static bool set_up_default(void)
+{
+    struct configure_arguments configuration = configuration_default();
+    return ad7124_set_up(&configuration);
 }
 
 static void reset_finds_the_chip(void **state)
@@ -37,35 +44,35 @@ static void another_chip_or_none_is_refused(void **state)
     struct fake_ad7124 *device = *state;
     device->id = 0x04; // an AD7124-4
     assert_int_equal(ad7124_reset(), 0);
-    assert_false(ad7124_set_up(6));
+    assert_false(set_up_default());
     device->absent = true;
     assert_int_equal(ad7124_reset(), 0);
-    assert_false(ad7124_set_up(6));
+    assert_false(set_up_default());
 }
 
 static void set_up_writes_the_registers_of_the_data_sheet(void **state)
 {
     struct fake_ad7124 *device = *state;
-    assert_true(ad7124_set_up(6));
+    assert_true(set_up_default());
     const uint32_t *registers = device->registers;
     assert_int_equal(registers[0x01], 0x0780); // DATA_STATUS, CS_EN, REF_EN, full power, continuous
     assert_int_equal(registers[0x07], 0x000044);
     // Enable, setup, AINP, AINM.
     assert_int_equal(registers[0x09], 0x8000 | 0 << 12 | 0 << 5 | 1);
-    assert_int_equal(registers[0x0A], 0x8000 | 0 << 12 | 2 << 5 | 3);
-    assert_int_equal(registers[0x0B], 0x8000 | 1 << 12 | 4 << 5 | 17);
-    assert_int_equal(registers[0x0C], 0x8000 | 1 << 12 | 5 << 5 | 17);
-    assert_int_equal(registers[0x0D], 0x8000 | 1 << 12 | 6 << 5 | 17);
-    assert_int_equal(registers[0x0E], 0x8000 | 1 << 12 | 7 << 5 | 17);
-    assert_int_equal(registers[0x0F], 0x8000 | 2 << 12 | 16 << 5 | 17);
+    assert_int_equal(registers[0x0A], 0x8000 | 1 << 12 | 2 << 5 | 3);
+    assert_int_equal(registers[0x0B], 0x8000 | 2 << 12 | 4 << 5 | 17);
+    assert_int_equal(registers[0x0C], 0x8000 | 3 << 12 | 5 << 5 | 17);
+    assert_int_equal(registers[0x0D], 0x8000 | 4 << 12 | 6 << 5 | 17);
+    assert_int_equal(registers[0x0E], 0x8000 | 5 << 12 | 7 << 5 | 17);
+    assert_int_equal(registers[0x0F], 0x8000 | 6 << 12 | 16 << 5 | 17);
     for (uint8_t channel = 7; channel < 16; channel++)
         assert_int_equal(registers[0x09 + channel] & 0x8000, 0);
     // Bipolar on REFIN1 with all buffers; unipolar, then bipolar on the internal reference.
-    assert_int_equal(registers[0x19], 0x09E0);
-    assert_int_equal(registers[0x1A], 0x0050);
-    assert_int_equal(registers[0x1B], 0x0810);
-    for (uint8_t setup = 0; setup < 3; setup++)
+    static const uint16_t config[] = {0x09E0, 0x09E0, 0x0050, 0x0050, 0x0050, 0x0050, 0x0810};
+    for (uint8_t setup = 0; setup < 7; setup++) {
+        assert_int_equal(registers[0x19 + setup], config[setup]);
         assert_int_equal(registers[0x21 + setup], 0x460006); // sinc3, FS 6
+    }
     assert_int_equal(device->writes_refused, 0);
     assert_int_equal(device->writes_while_running, 0);
 }
@@ -73,12 +80,12 @@ static void set_up_writes_the_registers_of_the_data_sheet(void **state)
 static void set_up_fails_when_any_one_read_back_is_wrong(void **state)
 {
     struct fake_ad7124 *device = *state;
-    // After STATUS and ID: ERROR_EN, 3 × (CONFIG, FILTER), 6 channels, housekeeping, ADC_CONTROL.
-    const uint32_t read_backs = 1 + 6 + 6 + 1 + 1;
+    // After STATUS and ID: ERROR_EN, 7 × (CONFIG, FILTER, CHANNEL), ADC_CONTROL.
+    const uint32_t read_backs = 1 + 7 * 3 + 1;
     for (uint32_t i = 0; i <= read_backs; i++) {
         device->corrupt_reads_after = 2 + i;
         device->corrupt_reads = 1;
-        assert_int_equal(ad7124_set_up(6), i == read_backs);
+        assert_int_equal(set_up_default(), i == read_backs);
         device->corrupt_reads = 0;
     }
 }
@@ -88,14 +95,14 @@ static void a_conversion_is_read_with_its_channel(void **state)
     struct fake_ad7124 *device = *state;
     device->inputs[0] = 0xABCDEF;
     device->inputs[1] = 0x000001;
-    assert_true(ad7124_set_up(6));
+    assert_true(set_up_default());
     hal_adc_restart();
     for (uint8_t channel = 0; channel < 2; channel++) {
         while (!hal_adc_ready())
             hal_host_advance(10);
         struct ad7124_conversion conversion;
         assert_true(ad7124_read_conversion(&conversion));
-        assert_int_equal(conversion.channel, channel);
+        assert_int_equal(conversion.slot, channel);
         assert_int_equal(conversion.code, device->inputs[channel]);
         assert_false(hal_adc_ready());
     }
@@ -104,7 +111,7 @@ static void a_conversion_is_read_with_its_channel(void **state)
 static void a_conversion_with_a_wrong_crc_is_refused(void **state)
 {
     struct fake_ad7124 *device = *state;
-    assert_true(ad7124_set_up(6));
+    assert_true(set_up_default());
     hal_adc_restart();
     while (!hal_adc_ready())
         hal_host_advance(10);
@@ -117,11 +124,11 @@ static void a_conversion_with_a_wrong_crc_is_refused(void **state)
 static void housekeeping_sources_take_turns_in_channel_6(void **state)
 {
     struct fake_ad7124 *device = *state;
-    assert_true(ad7124_set_up(6));
+    assert_true(set_up_default());
     ad7124_select_housekeeping(1);
-    assert_int_equal(device->registers[0x0F], 0x8000 | 2 << 12 | 20 << 5 | 21);
+    assert_int_equal(device->registers[0x0F], 0x8000 | 6 << 12 | 20 << 5 | 21);
     ad7124_select_housekeeping(0);
-    assert_int_equal(device->registers[0x0F], 0x8000 | 2 << 12 | 16 << 5 | 17);
+    assert_int_equal(device->registers[0x0F], 0x8000 | 6 << 12 | 16 << 5 | 17);
 }
 
 int main(void)

@@ -30,6 +30,7 @@ static void the_first_frame_is_the_boot_frame(void **state)
     assert_int_equal(boot.reset_cause, BOARD_RESET_CAUSE_EXTERNAL);
     assert_int_equal(boot.boot_count, 3);
     assert_int_equal(boot.schema_hash, BOARD_SCHEMA_HASH);
+    assert_int_equal(boot.configuration_origin, BOARD_CONFIGURATION_ORIGIN_DEFAULT_EMPTY);
 }
 
 static void the_board_starts_idle_with_the_adc_held(void **state)
@@ -52,6 +53,7 @@ static void health_comes_once_a_second_streaming_or_not(void **state)
         assert_int_equal(health.state, round == 0 ? BOARD_STATE_IDLE : BOARD_STATE_STREAMING);
         assert_int_equal(health.boot_count, 3);
         assert_int_equal(health.stack_low_water, 7000);
+        assert_int_equal(health.configuration_origin, BOARD_CONFIGURATION_ORIGIN_DEFAULT_EMPTY);
         whole_board_request(whole, BOARD_COMMAND_START, 1, NULL, 0);
     }
     assert_in_range(hal_host.led_toggles, 8, 9);
@@ -89,15 +91,13 @@ static void noise_on_the_line_is_no_host(void **state)
 static void the_watchdog_is_kicked_often_enough_in_every_state(void **state)
 {
     struct whole_board *whole = *state;
-    uint8_t arguments[CONFIGURE_ARGUMENTS_SIZE];
-    configure_arguments_pack(arguments, &(struct configure_arguments){10, 6}); // the slowest beat
     for (int round = 0; round < 2; round++) {
         for (int i = 0; i < 10; i++) {
             uint32_t before = hal_host.watchdog_kicks;
             whole_board_run_ms(whole, BOARD_WATCHDOG_MS / 2);
             assert_true(hal_host.watchdog_kicks > before);
         }
-        whole_board_request(whole, BOARD_COMMAND_CONFIGURE, 1, arguments, sizeof arguments);
+        whole_board_set_rate(whole, 10, 6); // the slowest beat
         whole_board_request(whole, BOARD_COMMAND_START, 2, NULL, 0);
     }
 }

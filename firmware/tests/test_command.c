@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "configuration.h"
 #include "whole_board.h"
 
 static int power_up(void **state)
@@ -22,13 +23,6 @@ static uint8_t status_of(struct whole_board *whole, uint8_t type, const uint8_t 
                          uint8_t length)
 {
     return whole_board_request(whole, type, 42, arguments, length).payload[2];
-}
-
-static uint8_t configure(struct whole_board *whole, uint16_t rate_hz, uint16_t fs)
-{
-    uint8_t arguments[CONFIGURE_ARGUMENTS_SIZE];
-    configure_arguments_pack(arguments, &(struct configure_arguments){rate_hz, fs});
-    return status_of(whole, BOARD_COMMAND_CONFIGURE, arguments, sizeof arguments);
 }
 
 static void identify_says_who_the_board_is(void **state)
@@ -75,7 +69,7 @@ static void the_request_id_is_echoed(void **state)
 
 static void unknown_commands_are_answered_as_such(void **state)
 {
-    static const uint8_t unknown[] = {0x00, 0x05, 0x08, 0x10, 0x7F};
+    static const uint8_t unknown[] = {0x00, 0x0A, 0x10, 0x7F};
     for (size_t i = 0; i < sizeof unknown; i++) {
         struct received_frame frame = whole_board_request(*state, unknown[i], 9, NULL, 0);
         assert_int_equal(frame.length, 3);
@@ -91,8 +85,9 @@ static void a_wrong_length_is_refused(void **state)
     static const struct {
         uint8_t type, size;
     } commands[] = {
-        {BOARD_COMMAND_IDENTIFY, 0}, {BOARD_COMMAND_CONFIGURE, 4}, {BOARD_COMMAND_START, 0},
-        {BOARD_COMMAND_STOP, 0},     {BOARD_COMMAND_SYNC, 0},      {BOARD_COMMAND_COUNTERS, 0},
+        {BOARD_COMMAND_IDENTIFY, 0}, {BOARD_COMMAND_CONFIGURE, 17}, {BOARD_COMMAND_START, 0},
+        {BOARD_COMMAND_STOP, 0},     {BOARD_COMMAND_SYNC, 0},       {BOARD_COMMAND_COUNTERS, 0},
+        {BOARD_COMMAND_CONFIGURATION, 0},
     };
     struct whole_board *whole = *state;
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
@@ -106,30 +101,83 @@ static void a_wrong_length_is_refused(void **state)
     assert_false(whole->board.scan.streaming);
 }
 
-static void configure_takes_what_fits_and_refuses_the_rest(void **state)
+static struct configure_arguments configuration_of(struct whole_board *whole)
 {
-    assert_int_equal(configure(*state, 100, 6), BOARD_STATUS_OK);
-    assert_int_equal(configure(*state, 10, 6), BOARD_STATUS_OK);
-    assert_int_equal(configure(*state, 200, 3), BOARD_STATUS_OK);
-    assert_int_equal(configure(*state, 100, 8), BOARD_STATUS_OK); // 8.43 ms
-    assert_int_equal(configure(*state, 100, 9), BOARD_STATUS_BAD_ARGUMENT); // 9.37 ms, 5 % slow 9.83
-    assert_int_equal(configure(*state, 9, 6), BOARD_STATUS_BAD_ARGUMENT);
-    assert_int_equal(configure(*state, 201, 3), BOARD_STATUS_BAD_ARGUMENT);
-    assert_int_equal(configure(*state, 0, 6), BOARD_STATUS_BAD_ARGUMENT);
-    assert_int_equal(configure(*state, 65535, 6), BOARD_STATUS_BAD_ARGUMENT);
-    assert_int_equal(configure(*state, 200, 6), BOARD_STATUS_BAD_ARGUMENT);  // 6.55 ms in 5 ms
-    assert_int_equal(configure(*state, 100, 10), BOARD_STATUS_BAD_ARGUMENT); // 10.3 ms in 10 ms
-    assert_int_equal(configure(*state, 100, 0), BOARD_STATUS_BAD_ARGUMENT);
-    assert_int_equal(configure(*state, 100, 2), BOARD_STATUS_BAD_ARGUMENT);
-    assert_int_equal(configure(*state, 10, 2048), BOARD_STATUS_BAD_ARGUMENT);
-    assert_int_equal(configure(*state, 10, 65535), BOARD_STATUS_BAD_ARGUMENT);
-    // A refusal changes nothing: 100 Hz and FS 8 still stand.
-    struct received_frame frame = whole_board_request(*state, BOARD_COMMAND_START, 1, NULL, 0);
-    struct start_response response;
-    start_response_unpack(&response, frame.payload + 3);
-    assert_int_equal(response.period_ticks, 20000);
+    struct received_frame frame =
+        whole_board_request(whole, BOARD_COMMAND_CONFIGURATION, 5, NULL, 0);
+    assert_int_equal(frame.length, 3 + CONFIGURE_ARGUMENTS_SIZE);
+    struct configure_arguments configuration;
+    configure_arguments_unpack(&configuration, frame.payload + 3);
+    return configuration;
+}
+
+// By the bytes on the wire: the struct has padding.
+static void assert_same(const struct configure_arguments *a, const struct configure_arguments *b)
+{
+    uint8_t bytes_a[CONFIGURE_ARGUMENTS_SIZE], bytes_b[CONFIGURE_ARGUMENTS_SIZE];
+    configure_arguments_pack(bytes_a, a);
+    configure_arguments_pack(bytes_b, b);
+    assert_memory_equal(bytes_a, bytes_b, CONFIGURE_ARGUMENTS_SIZE);
+}
+
+static void a_configuration_is_in_force_and_stored_as_a_whole(void **state)
+{
     struct whole_board *whole = *state;
-    assert_int_equal(whole->adc.registers[0x21] & 0x7FF, 8);
+    struct configure_arguments wanted = configuration_default();
+    const struct configure_arguments defaults = configuration_default();
+    struct configure_arguments found = configuration_of(whole);
+    assert_same(&found, &defaults);
+    wanted.rate_hz = 50;
+    wanted.filter_type = BOARD_ADC_FILTER_SINC4;
+    wanted.filter_fs = 9;
+    wanted.gains[1] = 32;
+    wanted.order[0] = 3;
+    wanted.order[3] = 0;
+    assert_int_equal(whole_board_configure(whole, &wanted), BOARD_STATUS_OK);
+    struct configure_arguments refused = wanted;
+    refused.gains[0] = 64;
+    refused.rate_hz = 200;
+    assert_int_equal(whole_board_configure(whole, &refused), BOARD_STATUS_DOES_NOT_FIT);
+    refused.rate_hz = 50;
+    refused.gains[5] = 3;
+    assert_int_equal(whole_board_configure(whole, &refused), BOARD_STATUS_BAD_ARGUMENT);
+    found = configuration_of(whole);
+    assert_same(&found, &wanted);
+
+    board_init(&whole->board); // as after a reset
+    found = configuration_of(whole);
+    assert_same(&found, &wanted);
+    assert_int_equal(whole_board_counters(whole).configuration_origin,
+                     BOARD_CONFIGURATION_ORIGIN_STORED);
+    // And it reaches the ADC: accel_y with sinc4, then pressure 2 with its gain of 2^5.
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+    assert_int_equal(whole->adc.registers[0x09], 0x8000 | 0 << 12 | 5 << 5 | 17);
+    assert_int_equal(whole->adc.registers[0x21], 0x060009);
+    assert_int_equal(whole->adc.registers[0x0A], 0x8000 | 1 << 12 | 2 << 5 | 3);
+    assert_int_equal(whole->adc.registers[0x1A], 0x09E5);
+}
+
+static void the_same_configuration_again_does_not_wear_the_eeprom(void **state)
+{
+    struct whole_board *whole = *state;
+    assert_int_equal(whole_board_set_rate(whole, 100, 6), BOARD_STATUS_OK);
+    hal_host.eeprom_bytes_left = 0;
+    for (int i = 0; i < 10; i++)
+        assert_int_equal(whole_board_set_rate(whole, 100, 6), BOARD_STATUS_OK);
+}
+
+static void an_eeprom_that_does_not_hold_it_is_a_storage_fault(void **state)
+{
+    struct whole_board *whole = *state;
+    hal_host.eeprom_bytes_left = 5;
+    assert_int_equal(whole_board_set_rate(whole, 50, 6), BOARD_STATUS_STORAGE_FAULT);
+    assert_int_equal(configuration_of(whole).rate_hz, 50); // in force until the next reset
+    assert_int_equal(whole_board_counters(whole).configuration_origin,
+                     BOARD_CONFIGURATION_ORIGIN_UNSTORED);
+    hal_host.eeprom_bytes_left = UINT32_MAX;
+    assert_int_equal(whole_board_set_rate(whole, 50, 6), BOARD_STATUS_OK);
+    assert_int_equal(whole_board_counters(whole).configuration_origin,
+                     BOARD_CONFIGURATION_ORIGIN_STORED);
 }
 
 static void configure_and_start_are_refused_while_streaming(void **state)
@@ -137,13 +185,13 @@ static void configure_and_start_are_refused_while_streaming(void **state)
     struct whole_board *whole = *state;
     assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
     whole_board_run_ms(whole, 50);
-    assert_int_equal(configure(whole, 50, 6), BOARD_STATUS_NOT_IDLE);
+    assert_int_equal(whole_board_set_rate(whole, 50, 6), BOARD_STATUS_NOT_IDLE);
     assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_NOT_IDLE);
     whole_board_forget(whole);
     whole_board_run_ms(whole, 100);
     assert_in_range(whole_board_count(whole, BOARD_FRAME_DATA), 9, 11); // still at 100 Hz
     assert_int_equal(status_of(whole, BOARD_COMMAND_STOP, NULL, 0), BOARD_STATUS_OK);
-    assert_int_equal(configure(whole, 50, 6), BOARD_STATUS_OK);
+    assert_int_equal(whole_board_set_rate(whole, 50, 6), BOARD_STATUS_OK);
 }
 
 static void stop_may_be_repeated(void **state)
@@ -240,7 +288,7 @@ static void random_bytes_and_random_requests_leave_the_board_answering(void **st
     const uint8_t delimiter[1] = {0};
     hal_host_receive(delimiter, 1);
     assert_int_equal(status_of(whole, BOARD_COMMAND_STOP, NULL, 0), BOARD_STATUS_OK);
-    assert_int_equal(configure(whole, 100, 6), BOARD_STATUS_OK);
+    assert_int_equal(whole_board_set_rate(whole, 100, 6), BOARD_STATUS_OK);
     assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
 }
 
@@ -253,7 +301,9 @@ int main(void)
         TEST(the_request_id_is_echoed),
         TEST(unknown_commands_are_answered_as_such),
         TEST(a_wrong_length_is_refused),
-        TEST(configure_takes_what_fits_and_refuses_the_rest),
+        TEST(a_configuration_is_in_force_and_stored_as_a_whole),
+        TEST(the_same_configuration_again_does_not_wear_the_eeprom),
+        TEST(an_eeprom_that_does_not_hold_it_is_a_storage_fault),
         TEST(configure_and_start_are_refused_while_streaming),
         TEST(stop_may_be_repeated),
         TEST(start_counts_from_zero_again),

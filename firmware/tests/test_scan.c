@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "configuration.h"
 #include "whole_board.h"
 
 #define PERIOD_MS 10
@@ -44,11 +45,7 @@ static uint32_t stop(struct whole_board *whole)
 
 static void configure(struct whole_board *whole, uint16_t rate_hz, uint16_t fs)
 {
-    uint8_t arguments[CONFIGURE_ARGUMENTS_SIZE];
-    configure_arguments_pack(arguments, &(struct configure_arguments){rate_hz, fs});
-    struct received_frame frame =
-        whole_board_request(whole, BOARD_COMMAND_CONFIGURE, 3, arguments, sizeof arguments);
-    assert_int_equal(frame.payload[2], BOARD_STATUS_OK);
+    assert_int_equal(whole_board_set_rate(whole, rate_hz, fs), BOARD_STATUS_OK);
 }
 
 static void every_tick_becomes_one_complete_record(void **state)
@@ -102,6 +99,32 @@ static void every_rate_keeps_its_period(void **state)
         whole_board_forget(whole);
     }
     assert_int_equal(whole_board_counters(whole).scan_overruns, 0);
+}
+
+static void channels_are_converted_in_the_order_configured(void **state)
+{
+    struct whole_board *whole = *state;
+    struct configure_arguments configuration = configuration_default();
+    const uint8_t order[BOARD_CHANNEL_COUNT] = {5, 2, 0, 255, 255, 255};
+    memcpy(configuration.order, order, sizeof order);
+    configuration.rate_hz = 200;
+    configuration.filter_fs = 6; // six channels would not fit
+    assert_int_equal(whole_board_configure(whole, &configuration), BOARD_STATUS_OK);
+    start(whole);
+    whole_board_run_ms(whole, 3000);
+    uint32_t scheduled = stop(whole);
+    assert_int_equal(whole_board_count(whole, BOARD_FRAME_DATA), scheduled);
+    for (uint32_t n = 0; n < scheduled; n++) {
+        struct data_frame data = whole_board_data(whole, n);
+        assert_int_equal(data.valid_mask, 1 << 5 | 1 << 2 | 1 << 0);
+        assert_int_equal(data.flags, 0);
+        // The fake's inputs belong to CHANNEL_n, here the place in the order.
+        const uint32_t codes[BOARD_CHANNEL_COUNT] = {0x100002, 0, 0x100001, 0, 0, 0x100000};
+        assert_memory_equal(data.codes, codes, sizeof codes);
+    }
+    struct health_frame health = whole_board_counters(whole);
+    assert_int_equal(health.adc_sequence_errors, 0);
+    assert_int_equal(health.adc_temperature_code, 0x100006);
 }
 
 static void sequence_and_ticks_wrap_without_a_seam(void **state)
@@ -443,6 +466,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(every_tick_becomes_one_complete_record),
         TEST(every_rate_keeps_its_period),
+        TEST(channels_are_converted_in_the_order_configured),
         cmocka_unit_test(sequence_and_ticks_wrap_without_a_seam),
         TEST(encoders_are_those_at_the_tick),
         TEST(an_illegal_step_is_flagged_once),

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "configuration.h"
 
 struct whole_board *whole_board_new(void)
 {
@@ -20,9 +21,11 @@ struct whole_board *whole_board_new_at(uint64_t time)
         .reset_cause = BOARD_RESET_CAUSE_EXTERNAL,
         .boot_count = 3,
         .stack_low_water = 7000,
-        .board_serial = 0x01020304,
-        .calibration_id = 0x0A0B0C0D,
+        .eeprom_bytes_left = UINT32_MAX,
     };
+    memset(hal_host.eeprom, 0xFF, sizeof hal_host.eeprom);
+    board_put_u32(hal_host.eeprom + BOARD_EEPROM_BOARD_SERIAL, 0x01020304);
+    board_put_u32(hal_host.eeprom + BOARD_EEPROM_CALIBRATION_ID, 0x0A0B0C0D);
     fake_ad7124_connect(&whole->adc);
     for (uint32_t i = 0; i < 16; i++)
         whole->adc.inputs[i] = 0x100000 + i;
@@ -81,6 +84,24 @@ struct received_frame whole_board_request(struct whole_board *whole, uint8_t typ
     }
     fail_msg("no response to request %02x", type);
     return (struct received_frame){0};
+}
+
+uint8_t whole_board_configure(struct whole_board *whole,
+                              const struct configure_arguments *configuration)
+{
+    uint8_t arguments[CONFIGURE_ARGUMENTS_SIZE];
+    configure_arguments_pack(arguments, configuration);
+    struct received_frame response = whole_board_request(whole, BOARD_COMMAND_CONFIGURE, 98,
+                                                         arguments, sizeof arguments);
+    return response.payload[2];
+}
+
+uint8_t whole_board_set_rate(struct whole_board *whole, uint16_t rate_hz, uint16_t fs)
+{
+    struct configure_arguments configuration = configuration_default();
+    configuration.rate_hz = rate_hz;
+    configuration.filter_fs = fs;
+    return whole_board_configure(whole, &configuration);
 }
 
 const struct received_frame *whole_board_frame(const struct whole_board *whole, uint8_t type,

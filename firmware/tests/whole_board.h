@@ -41,6 +41,11 @@ void whole_board_forget(struct whole_board *whole);
 struct received_frame whole_board_request(struct whole_board *whole, uint8_t type, uint8_t id,
                                           const uint8_t *arguments, uint8_t length);
 
+// The status of a configure request; the second with all but rate and filter word at their defaults.
+uint8_t whole_board_configure(struct whole_board *whole,
+                              const struct configure_arguments *configuration);
+uint8_t whole_board_set_rate(struct whole_board *whole, uint16_t rate_hz, uint16_t fs);
+
 // The n-th frame of this type among `frames`, NULL if there are fewer.
 const struct received_frame *whole_board_frame(const struct whole_board *whole, uint8_t type,
                                                size_t n);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What outlives a reset or has to be done before C starts: reset cause, boot count, stack painting,
-// and the identity in EEPROM.
-#include <avr/eeprom.h>
+// What outlives a reset or has to be done before C starts: reset cause, boot count, stack painting.
 #include <avr/io.h>
 #include <avr/wdt.h>
 
@@ -15,9 +13,6 @@ _Static_assert(BOARD_RESET_CAUSE_POWER_ON == _BV(PORF) &&
                    BOARD_RESET_CAUSE_BROWN_OUT == _BV(BORF) &&
                    BOARD_RESET_CAUSE_WATCHDOG == _BV(WDRF) && BOARD_RESET_CAUSE_JTAG == _BV(JTRF),
                "reset_cause in board.yaml is not MCUSR");
-
-#define EEPROM_BOARD_SERIAL ((const uint32_t *)0)
-#define EEPROM_CALIBRATION_ID ((const uint32_t *)4)
 
 #define STACK_PAINT 0xA5
 // A painted stretch of this length counts as never used: a frame may leave some bytes alone.
@@ -71,14 +66,4 @@ uint16_t hal_stack_low_water(void)
             lowest = byte;
     }
     return (uint16_t)(lowest - &_end);
-}
-
-uint32_t hal_board_serial(void)
-{
-    return eeprom_read_dword(EEPROM_BOARD_SERIAL);
-}
-
-uint32_t hal_calibration_id(void)
-{
-    return eeprom_read_dword(EEPROM_CALIBRATION_ID);
 }

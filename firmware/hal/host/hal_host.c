@@ -10,6 +10,7 @@
 #define TICKS_A_CLOCK_READING 2
 #define TICKS_AN_ADC_BYTE 6
 #define TICKS_A_SERIAL_BYTE 4
+#define TICKS_AN_EEPROM_BYTE 6800
 
 struct hal_host hal_host;
 
@@ -173,6 +174,29 @@ uint8_t hal_crc8_ccitt(uint8_t crc, const uint8_t *bytes, uint8_t count)
     return crc;
 }
 
+void hal_eeprom_read(uint16_t address, uint8_t *bytes, uint8_t count)
+{
+    assert(address + count <= HAL_HOST_EEPROM_SIZE);
+    memcpy(bytes, hal_host.eeprom + address, count);
+}
+
+void hal_eeprom_write(uint16_t address, const uint8_t *bytes, uint8_t count)
+{
+    assert(address + count <= HAL_HOST_EEPROM_SIZE);
+    for (uint8_t i = 0; i < count; i++) {
+        if (hal_host.eeprom[address + i] == bytes[i])
+            continue;
+        if (hal_host.eeprom_bytes_left == 0) {
+            // The byte that the power left in is of no value.
+            hal_host.eeprom[address + i] = 0x5A;
+            return;
+        }
+        hal_host.eeprom_bytes_left--;
+        hal_host.eeprom[address + i] = bytes[i];
+        hal_host_advance(TICKS_AN_EEPROM_BYTE);
+    }
+}
+
 void hal_watchdog_kick(void)
 {
     hal_host.watchdog_kicks++;
@@ -196,14 +220,4 @@ uint16_t hal_boot_count(void)
 uint16_t hal_stack_low_water(void)
 {
     return hal_host.stack_low_water;
-}
-
-uint32_t hal_board_serial(void)
-{
-    return hal_host.board_serial;
-}
-
-uint32_t hal_calibration_id(void)
-{
-    return hal_host.calibration_id;
 }

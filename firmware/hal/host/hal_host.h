@@ -20,6 +20,7 @@ struct hal_host_adc {
 };
 
 #define HAL_HOST_SENT_MAXIMUM 65536u
+#define HAL_HOST_EEPROM_SIZE 256u
 
 struct hal_host {
     uint64_t time;
@@ -28,8 +29,8 @@ struct hal_host {
     uint8_t reset_cause;
     uint16_t boot_count;
     uint16_t stack_low_water;
-    uint32_t board_serial;
-    uint32_t calibration_id;
+    uint8_t eeprom[HAL_HOST_EEPROM_SIZE];
+    uint32_t eeprom_bytes_left; // bytes that can still be written; then the power is gone
 
     // Serial line: what the test sends, what the firmware sent, and the room it is told to have.
     uint8_t to_receive[1024];

@@ -7,11 +7,12 @@ import struct
 
 import pytest
 from towtank_daq.board import AdcBoard, BoardError
+from towtank_daq.configuration import configuration_at
 from towtank_daq.framing import FrameReader, encode_frame
 
 MS = 1_000_000
 SECOND = 1_000_000_000
-IDENTIFY, CONFIGURE, START, STOP, SYNC = 0x01, 0x02, 0x03, 0x04, 0x06
+IDENTIFY, CONFIGURE, START, STOP, SYNC, COUNTERS, CONFIGURATION = 1, 2, 3, 4, 6, 7, 9
 PERIOD_TICKS = 20_000
 
 
@@ -89,9 +90,13 @@ class ScriptedBoard:
             data = struct.pack("<BI3BBIII", self.protocol_version, self.schema_hash,
                                0, 1, 0, 0x17, 2_000_000, 7, 8)  # fmt: skip
         elif kind == CONFIGURE:
-            rate_hz, _ = struct.unpack("<HH", arguments)
-            self.configured_ticks = 2_000_000 // rate_hz
+            self.configuration = arguments
+            self.configured_ticks = 2_000_000 // struct.unpack_from("<H", arguments)[0]
             data = struct.pack("<I", self.configured_ticks)
+        elif kind == CONFIGURATION:
+            data = self.configuration
+        elif kind == COUNTERS:
+            data = self.health()
         elif kind == START and self.streaming:
             status = 3
         elif kind == START and not self.adc_present:
@@ -134,11 +139,13 @@ class ScriptedBoard:
         following = tick + self.configured_ticks
         self._at_tick(following, self._scan, number + 1, following, stream_id)
 
+    def health(self) -> bytes:
+        head = struct.pack("<8IBHH", *[0] * 8, 1, self.boot_count, 500)
+        return head + bytes(6) + struct.pack("<IBB", self.scheduled, self.streaming, 0)
+
     def _health(self) -> None:
         if not self.deaf:
-            payload = b"\x11" + struct.pack("<8IBHH", *[0] * 8, 1, self.boot_count, 500)
-            payload += bytes(6) + struct.pack("<IB", self.scheduled, self.streaming)
-            self._send(self.now_ns, payload)
+            self._send(self.now_ns, b"\x11" + self.health())
         self._at(self.now_ns + SECOND, self._health)
 
     # -- what happens to it
@@ -154,7 +161,7 @@ class ScriptedBoard:
         if boot_frame:
             self._send(
                 self.now_ns + 2 * MS,
-                b"\x12\x08" + struct.pack("<HI", self.boot_count, self.schema_hash),
+                b"\x12\x08" + struct.pack("<HIB", self.boot_count, self.schema_hash, 0),
             )
 
     def go_idle(self) -> None:
@@ -169,6 +176,7 @@ class Bench:
     """A driver on a scripted board, and what it has handed over."""
 
     def __init__(self, protocol, **options) -> None:
+        self.protocol = protocol
         self.board = ScriptedBoard(protocol.board.schema_hash, **options)
         self.scans = []
         self.warnings = []
@@ -178,7 +186,7 @@ class Bench:
 
     def stream(self, seconds: float, rate_hz: int = 100) -> None:
         self.driver.connect()
-        self.driver.configure(rate_hz)
+        self.driver.configure(configuration_at(self.protocol.board, rate_hz))
         self.driver.start()
         self.driver.poll(seconds)
 
@@ -271,7 +279,7 @@ def test_stream_of_an_earlier_host_is_stopped(bench, protocol):
         bench.board, protocol, successor.append, print, bench.board.monotonic_ns
     )  # the first one vanished without a stop
     driver.connect()
-    driver.configure(100)
+    driver.configure(configuration_at(protocol.board, 100))
     driver.start()
     driver.poll(0.5)
     assert [scan.sequence for scan in successor] == list(range(len(successor)))
@@ -283,13 +291,13 @@ def test_stream_of_an_earlier_host_is_stopped(bench, protocol):
 def test_rate_beyond_the_board(bench):
     bench.driver.connect()
     with pytest.raises(BoardError, match="scan rate 500 Hz: the board takes 10 to 200 Hz"):
-        bench.driver.configure(500)
+        bench.driver.configure(configuration_at(bench.protocol.board, 500))
 
 
 def test_refusal_names_the_mend(bench):
     bench.board.adc_present = False
     bench.driver.connect()
-    bench.driver.configure(100)
+    bench.driver.configure(configuration_at(bench.protocol.board, 100))
     with pytest.raises(BoardError, match="refuses 'start': adc fault: check the ADC's supply"):
         bench.driver.start()
 
@@ -302,6 +310,17 @@ def test_a_lost_answer_is_asked_for_again(bench, command):
     assert bench.sequence == list(range(len(bench.scans)))
     assert len(bench.scans) >= 48
     assert bench.driver.statistics.scans_lost == bench.board.scheduled - len(bench.scans)
+
+
+def test_other_questions(bench, protocol):
+    bench.driver.connect()
+    wanted = configuration_at(protocol.board, 50)
+    bench.driver.configure(wanted)
+    assert bench.driver.configuration() == wanted
+    assert bench.driver.counters().stack_low_water == 500
+    exchange = bench.driver.board_time()
+    assert exchange.sent_ns < exchange.received_ns
+    assert exchange.board_sent - exchange.board_received == 100  # 50 us
 
 
 # -- the account of scans
@@ -401,7 +420,7 @@ def test_stamps_are_the_sampling_instants(protocol, ppm):
 def test_answers_that_are_too_fast_to_be_true(bench):
     """As from a virtual board that hurries after having been held up."""
     bench.driver.connect()
-    bench.driver.configure(100)
+    bench.driver.configure(configuration_at(bench.protocol.board, 100))
     bench.board.answer_wire_ns = 100_000
     with pytest.raises(BoardError, match="a virtual board needs a less busy computer"):
         bench.driver.start()

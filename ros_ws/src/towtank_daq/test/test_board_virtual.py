@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from towtank_daq.board import AdcBoard
+from towtank_daq.configuration import configuration_at
 
 ROOT = Path(__file__).parents[4]
 ELF = ROOT / "build" / "firmware" / "towtank_board.elf"
@@ -84,7 +85,7 @@ class Rig:
         )
         board.run_until(20 * MS)  # the board has been switched on a moment before
         self.identity = self.driver.connect()
-        self.driver.configure(100)
+        self.driver.configure(configuration_at(protocol.board, 100))
         self.driver.start()
 
     def clock_errors_s(self) -> tuple[float, float]:
@@ -183,7 +184,7 @@ def test_latency_is_the_scan_and_the_wire(vboard, protocol):
             line.monotonic_ns,
         )
         driver.connect()
-        driver.configure(100)
+        driver.configure(configuration_at(protocol.board, 100))
         driver.start()
         driver.poll(1.0)
     assert len(latencies) >= 98

@@ -20,14 +20,6 @@ def written(path: Path, change) -> Path:
     return path
 
 
-def test_channel_delays(description):
-    """Hand values: T = (3*32*6 + 95)/614.4 kHz = 1.09212 ms; poles 40.7 Hz and 14.47 Hz."""
-    delays = description.channel_delays_ns(6)
-    assert delays[0] == pytest.approx(0.54606e6 - 3.91044e6, abs=50)
-    assert delays[1] - delays[0] == pytest.approx(1.09212e6, abs=5)
-    assert delays[2] == pytest.approx(2.73031e6 - 10.99899e6, abs=50)
-
-
 @pytest.mark.parametrize(("rate_hz", "fs"), [(10, 6), (100, 6), (200, 3)])
 def test_filter_word_fits_the_period(description, rate_hz, fs):
     """Hand values at 200 Hz: six conversions take 3.74 ms with 3 and 4.68 ms with 4; the limit is

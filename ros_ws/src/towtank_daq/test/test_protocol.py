@@ -6,6 +6,7 @@ import struct
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from towtank_daq.configuration import configuration_at
 from towtank_daq.framing import FrameReader
 from towtank_daq.protocol import (
     BoardTime,
@@ -42,12 +43,14 @@ def test_data_record_byte_by_byte(protocol):
 
 def test_health_record_byte_by_byte(protocol):
     payload = b"\x11" + struct.pack("<8IBHH", 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)
-    payload += b"\x0c\x00\x00\x0d\x00\x01" + struct.pack("<IB", 14, 1)
-    assert protocol.decode(payload) == HealthRecord(*range(1, 13), 0x01000D, 14, 1)
+    payload += b"\x0c\x00\x00\x0d\x00\x01" + struct.pack("<IBB", 14, 1, 3)
+    assert protocol.decode(payload) == HealthRecord(*range(1, 13), 0x01000D, 14, 1, 3)
 
 
 def test_boot_record_byte_by_byte(protocol):
-    assert protocol.decode(b"\x12\x08\x02\x01\x78\x56\x34\x12") == BootRecord(8, 0x102, 0x12345678)
+    assert protocol.decode(b"\x12\x08\x02\x01\x78\x56\x34\x12\x04") == BootRecord(
+        8, 0x102, 0x12345678, 4
+    )
 
 
 def test_answers_byte_by_byte(protocol):
@@ -68,8 +71,9 @@ def test_answers_byte_by_byte(protocol):
 def test_requests_byte_by_byte(protocol):
     reader = FrameReader(protocol.board.wire.maximum_payload)
     assert reader.feed(protocol.request("sync", 255)) == [b"\x06\xff"]
-    assert reader.feed(protocol.request("configure", 3, rate_hz=100, filter_fs=6)) == [
-        b"\x02\x03\x64\x00\x06\x00"
+    arguments = configuration_at(protocol.board, 100).arguments(protocol.board)
+    assert reader.feed(protocol.request("configure", 3, **arguments)) == [
+        b"\x02\x03\x64\x00\x02\x06\x00\x01\x01\x01\x01\x01\x01\x00\x01\x02\x03\x04\x05"
     ]
 
 
@@ -77,7 +81,8 @@ def test_request_with_wrong_arguments(protocol):
     with pytest.raises(ProtocolError, match="rate_hz"):
         protocol.request("configure", 1, rate_hz=100)
     with pytest.raises(ProtocolError, match="request configure"):
-        protocol.request("configure", 1, rate_hz=70000, filter_fs=6)
+        arguments = configuration_at(protocol.board, 100).arguments(protocol.board)
+        protocol.request("configure", 1, **arguments | {"rate_hz": 70000})
 
 
 def test_refused_response_has_no_data(protocol):
@@ -96,7 +101,7 @@ def test_any_payload_is_a_record_or_a_protocol_error(protocol, payload):
     assert isinstance(record, DataRecord | HealthRecord | BootRecord | Response)
 
 
-@pytest.mark.parametrize("payload", [b"\x10\x00", b"\x77\x00\x00", b"\x81\x00", b"\x12" + bytes(8)])
+@pytest.mark.parametrize("payload", [b"\x10\x00", b"\x77\x00\x00", b"\x81\x00", b"\x12" + bytes(9)])
 def test_what_the_board_never_sends(protocol, payload):
     with pytest.raises(ProtocolError):
         protocol.decode(payload)

@@ -26,6 +26,7 @@ from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp
 from towtank_rig import RigError, load_rig
 
 from towtank_daq.board import AdcBoard, BoardError, Scan
+from towtank_daq.configuration import configuration_at
 from towtank_daq.description import (
     BoardDescription,
     DescriptionError,
@@ -76,7 +77,8 @@ class AdcBoardNode(LifecycleNode):
         self._scans = self.create_lifecycle_publisher(AdcScan, "adc_scan", SENSOR_QOS)
         self._message = AdcScan()
         self._message.header.frame_id = "adc_board"
-        self._message.channel_delay_ns[:] = board.channel_delays_ns(board.filter_fs(self._rate_hz))
+        self._configuration = configuration_at(board, self._rate_hz)
+        self._message.channel_delay_ns[:] = self._configuration.channel_delays_ns(board)
         self._diagnostics = NodeDiagnostics(self, 1.0 / self._rate_hz, self._details)
 
     # -- transitions
@@ -89,7 +91,7 @@ class AdcBoardNode(LifecycleNode):
                 self._port, self._protocol, self._publish, self.get_logger().warning
             )
             identity = self._board.connect()
-            self._board.configure(self._rate_hz)
+            self._board.configure(self._configuration)
         except _FAILURES as error:
             self._fail(str(error))
             return TransitionCallbackReturn.FAILURE
@@ -221,6 +223,9 @@ class AdcBoardNode(LifecycleNode):
             details["board_reset_cause"] = self._protocol.reset_causes(health.reset_cause)
             details["board_boot_count"] = health.boot_count
             details["board_stack_low_water"] = health.stack_low_water
+            details["board_configuration"] = self._protocol.configuration_origin(
+                health.configuration_origin
+            )
             for counter in (
                 "missed_ticks",
                 "scan_overruns",

@@ -24,6 +24,12 @@ from typing import Any
 from typing import Protocol as Interface
 
 from towtank_daq.clock import BoardClock, SyncExchange, unwrap
+from towtank_daq.configuration import (
+    Configuration,
+    ConfigurationError,
+    configuration_at,
+    configuration_of,
+)
 from towtank_daq.framing import FrameCounters, FrameReader
 from towtank_daq.protocol import (
     Answer,
@@ -160,7 +166,8 @@ class AdcBoard:
         self._response: Response | None = None
         self._response_ns = 0
 
-        self._rate_hz = 0
+        self._configuration = configuration_at(self._board, self._board.sampling.rate_hz.default)
+        self._all_valid = self._board.all_valid
         self._streaming = False
         self._down = ""  # why the stream must be started again
         self._crank, self._carriage = _Counter(), _Counter()
@@ -198,16 +205,34 @@ class AdcBoard:
         self._command("stop")
         return self.identity
 
-    def configure(self, rate_hz: int) -> None:
-        """Set the scan rate of the idle board, Hz."""
-        rates = self._board.sampling.rate_hz
-        if not rates.minimum <= rate_hz <= rates.maximum:
-            raise BoardError(
-                f"scan rate {rate_hz} Hz: the board takes {rates.minimum} to {rates.maximum} Hz"
-            )
-        filter_fs = self._board.filter_fs(rate_hz)
-        self._command("configure", rate_hz=rate_hz, filter_fs=filter_fs)
-        self._rate_hz = rate_hz
+    def configure(self, configuration: Configuration) -> None:
+        """Set how the idle board scans; it keeps that over resets and power cuts.
+
+        Raises BoardError, and nothing has changed, for what the board cannot do.
+        """
+        try:
+            arguments = configuration.arguments(self._board)
+        except ConfigurationError as error:
+            raise BoardError(str(error)) from error
+        self._command("configure", **arguments)
+        self._configuration = configuration
+        self._all_valid = configuration.valid_mask(self._board)
+
+    def configuration(self) -> Configuration:
+        """How the board would scan now, whoever configured it."""
+        return configuration_of(self._command("configuration"), self._board)
+
+    def counters(self) -> HealthRecord:
+        """The board's counters as they stand now."""
+        return self._command("counters")
+
+    def board_time(self) -> SyncExchange:
+        """One exchange of times with the board, which the clock does not learn from."""
+        for _ in range(_ATTEMPTS):
+            exchange = self._sync_try()
+            if exchange is not None:
+                return exchange
+        raise BoardError("the board does not answer 'sync': check its cable")
 
     def start(self) -> None:
         """Learn the board's clock and start the stream; scans count from 0."""
@@ -357,7 +382,7 @@ class AdcBoard:
         )
         self._streaming = False
         self.connect()
-        self.configure(self._rate_hz)
+        self.configure(self._configuration)
         self._begin()
 
     def _synchronise(self, now_ns: int) -> None:
@@ -437,7 +462,7 @@ class AdcBoard:
             return
         self.statistics.scans_received += 1
         self.statistics.scans_lost += sequence - self._last_sequence - 1
-        if record.valid_mask != self._board.all_valid:
+        if record.valid_mask != self._all_valid:
             self.statistics.scans_bad += 1
         self._last_sequence = sequence
         self._last_stamp_ns = stamp_ns = self.clock.host_ns(ticks)
@@ -477,5 +502,7 @@ class AdcBoard:
 
 _MENDS = {
     "adc_fault": ": check the ADC's supply and SPI wiring",
+    "does_not_fit": ": lower the rate or the filter word, or scan fewer channels",
+    "storage_fault": ": its EEPROM is worn out or damaged; replace the microcontroller",
     "not_idle": ": another program is using it; stop that, or reset the board",
 }

@@ -7,7 +7,6 @@ what the host needs is read here, the hash covers all of it.
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Literal
 
@@ -36,8 +35,14 @@ class _Sampling(BaseModel):
     rate_hz: _Limits
 
 
-class _Filter(BaseModel):
+class _FilterType(BaseModel):
+    code: int
     order: int = Field(gt=0)
+
+
+class _Filter(BaseModel):
+    type: str
+    types: dict[str, _FilterType]
     dead_cycles: int = Field(ge=0)
     fs: _Limits
 
@@ -95,6 +100,7 @@ class BoardDescription(BaseModel):
     wire: _Wire
     status: dict[str, int]
     board_state: dict[str, int]
+    configuration_origin: dict[str, int]
     data_flags: dict[str, int]
     reset_cause: dict[str, int]
     stream: dict[str, _Frame]
@@ -117,10 +123,11 @@ class BoardDescription(BaseModel):
         """`valid_mask` of a scan without an error."""
         return (1 << len(self.channels)) - 1
 
-    def adc_channel(self, name: str, excitation_volts: float) -> Channel:
+    def adc_channel(self, name: str, excitation_volts: float, gain: int | None = None) -> Channel:
         """Front end and ADC of one channel, for converting its codes.
 
         excitation_volts: the nominal excitation, from which a ratiometric reference derives.
+        gain: the ADC's, where the board is configured otherwise than board.yaml says.
         """
         channel = self.channels[self.channel_names.index(name)]
         setup = self.adc.setups[channel.setup]
@@ -135,21 +142,8 @@ class BoardDescription(BaseModel):
             offset=channel.output_reference_volts if against_ground else 0.0,
             reference_volts=references[setup.reference],
             bipolar=setup.bipolar,
-            pga=float(setup.pga),
+            pga=float(setup.pga if gain is None else gain),
         )
-
-    def channel_delays_ns(self, filter_fs: int) -> list[int]:
-        """Instant of each channel's sample after the scan's tick, ns.
-
-        Channel i is converted from i T to (i+1) T and weighs that span evenly about its middle;
-        the single pole before it delays slow signals by its time constant 1/(2 pi f):
-        delay = (i + 1/2) T - 1/(2 pi f), with T = (order 32 fs + dead cycles) / f_master.
-        """
-        conversion_s = self._conversion_s(filter_fs)
-        return [
-            round(1e9 * ((i + 0.5) * conversion_s - 1.0 / (2.0 * math.pi * channel.pole_hz)))
-            for i, channel in enumerate(self.channels)
-        ]
 
     def filter_fs(self, rate_hz: int) -> int:
         """The ADC's filter word for a scan rate: the default, or less where that is too slow.
@@ -164,7 +158,8 @@ class BoardDescription(BaseModel):
         return words.minimum
 
     def _conversion_s(self, filter_fs: int) -> float:
-        cycles = self.adc.filter.order * 32 * filter_fs + self.adc.filter.dead_cycles
+        kind = self.adc.filter.types[self.adc.filter.type]
+        cycles = kind.order * 32 * filter_fs + self.adc.filter.dead_cycles
         return cycles / self.adc.master_clock_hz
 
 

@@ -56,6 +56,7 @@ class HealthRecord:
     supply_code: int
     scans_scheduled: int
     state: int
+    configuration_origin: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +66,7 @@ class BootRecord:
     reset_cause: int
     boot_count: int
     schema_hash: int
+    configuration_origin: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +87,17 @@ class Configured:
     """Answer to `configure`."""
 
     period_ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigurationRecord:
+    """Answer to `configuration`, in the board's numbers (see towtank_daq.configuration)."""
+
+    rate_hz: int
+    filter_type: int
+    filter_fs: int
+    gains: tuple[int, ...]
+    order: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +134,7 @@ class Response:
 
 
 StreamRecord = DataRecord | HealthRecord | BootRecord
-Answer = Identity | Configured | Started | Stopped | BoardTime | HealthRecord
+Answer = Identity | Configured | ConfigurationRecord | Started | Stopped | BoardTime | HealthRecord
 
 _STREAM_RECORDS: dict[str, type] = {
     "data": DataRecord,
@@ -135,6 +148,7 @@ _ANSWERS: dict[str, type] = {
     "stop": Stopped,
     "sync": BoardTime,
     "counters": HealthRecord,
+    "configuration": ConfigurationRecord,
 }
 
 
@@ -237,6 +251,11 @@ class Protocol:
         """Names of the bits in `reset_cause`, for people."""
         causes = self.board.reset_cause
         return " + ".join(name for name, bit in causes.items() if bits & bit) or "unknown cause"
+
+    def configuration_origin(self, number: int) -> str:
+        """Name of where the board has its configuration from, for people."""
+        names = {value: name for name, value in self.board.configuration_origin.items()}
+        return names.get(number, f"origin {number}")
 
     def status_name(self, status: int) -> str:
         """Name of a response's status."""
