@@ -13,6 +13,7 @@ import numpy as np
 from towtank_compare.heave import HeaveResult, HeaveSamples, analyse_window
 from towtank_compare.series import Series
 from towtank_daq.board import AdcBoard, Scan
+from towtank_daq.configuration import configuration_at
 from towtank_daq.description import BoardDescription, installed_description, load_description
 from towtank_daq.pressure import PressureSensor
 from towtank_daq.protocol import Protocol
@@ -90,7 +91,7 @@ class OfflineTrial:
         return samples, analyse_window(samples, self.rig, *self.window_ms)
 
     def _convert(self, scans: list[Scan], board: BoardDescription) -> HeaveSamples:
-        delays = board.channel_delays_ns(board.filter_fs(100))
+        delays = configuration_at(board, 100).channel_delays_ns(board)
         heave = {}
         for name in ("fish_pressure", "depressor_pressure"):
             sensor = PressureSensor(self.rig, board, name, ZERO_SCANS)
@@ -148,7 +149,7 @@ def _acquire(
     driver = AdcBoard(line, Protocol(board), scans.append, print, line.monotonic_ns)
     line.read(0.05)  # the board has been switched on a moment before
     driver.connect()
-    driver.configure(100)
+    driver.configure(configuration_at(board, 100))
     driver.start()
     driver.poll(START_NS * 1e-9 + duration_s - virtual.now_ns * 1e-9)
     driver.stop()
