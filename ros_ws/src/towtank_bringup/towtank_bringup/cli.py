@@ -13,6 +13,9 @@ VERBS = {
     "compare": "Heave ratios of a recorded bag.",
     "sweep": "A study over the parameters of a rig.",
     "rig": "Work with rig files.",
+    "inertia": "Moment of inertia from a bifilar suspension.",
+    "trim": "Ballast and trim of a fish from weighings.",
+    "similitude": "A rig Froude-scaled to another length.",
     "bench": "Measured comparisons with other programs.",
     "test": "Run the test suite.",
 }

@@ -4,15 +4,17 @@ copies with other values."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from towtank_rig.document import Document, Key, keys
 from towtank_rig.errors import RigError
-from towtank_rig.quantity import SI
+from towtank_rig.quantity import SI, Section
 from towtank_rig.schema import Rig
+
+AnySection = TypeVar("AnySection", bound=Section)
 
 
 def load_rig(path: str | Path) -> Rig:
@@ -49,6 +51,20 @@ def parse_rig(text: str, source: str = "<text>") -> Rig:
     if rig is None:
         raise faults[0]
     return rig
+
+
+def load_section(path: str | Path, schema: type[AnySection]) -> AnySection:
+    """Read a YAML file of another kind that is written in the manner of rig files.
+
+    Raises:
+        RigError: the file cannot be read, is not YAML, or breaks the schema (its first fault).
+    """
+    document = Document(read_rig_text(path), str(path))
+    try:
+        return schema.model_validate(document.data)
+    except ValidationError as error:
+        faults = [_fault(details, document, schema) for details in error.errors()]
+        raise min(faults, key=lambda fault: fault.line or 0) from None
 
 
 def validate(text: str, source: str) -> tuple[Rig | None, list[RigError]]:
@@ -106,23 +122,23 @@ def _with_value(node: Any, path: Sequence[Key], value: object) -> Any:
     return [*node[:key], changed, *node[key + 1 :]]
 
 
-def _fault(details: ErrorDetails, document: Document) -> RigError:
+def _fault(details: ErrorDetails, document: Document, schema: type[BaseModel] = Rig) -> RigError:
     path = (*details["loc"], *keys(details.get("ctx", {}).get("at", "")))
-    what, mend = _what_and_mend(details)
+    what, mend = _what_and_mend(details, schema)
     where = ".".join(map(str, path))
     return RigError(document.source, document.line(path), where, what, mend)
 
 
-def _what_and_mend(details: ErrorDetails) -> tuple[str, str]:
+def _what_and_mend(details: ErrorDetails, schema: type[BaseModel]) -> tuple[str, str]:
     path, context = details["loc"], details.get("ctx", {})
     key = path[-1] if path else ""
     match details["type"]:
         case "rig_fault":
             return context["what"], context["mend"]
         case "missing":
-            return "the key is missing", f"add '{key}: {_form(path)}'"
+            return "the key is missing", f"add '{key}: {_form(path, schema)}'"
         case "extra_forbidden":
-            known = _known_keys(path[:-1])
+            known = _known_keys(path[:-1], schema)
             return "unknown key", f"remove it or correct its name (known: {', '.join(known)})"
         case "literal_error":
             return f"{details['input']!r} is not accepted", f"use {context['expected']}"
@@ -134,9 +150,9 @@ def _what_and_mend(details: ErrorDetails) -> tuple[str, str]:
             return f"{details['input']!r}: {details['msg']}", "correct the value"
 
 
-def _section(path: Sequence[Key]) -> type[BaseModel] | None:
+def _section(path: Sequence[Key], schema: type[BaseModel]) -> type[BaseModel] | None:
     """Return the schema's section at ``path``, None if there is a plain value."""
-    section: type[BaseModel] | None = Rig
+    section: type[BaseModel] | None = schema
     for key in path:
         if isinstance(key, int):
             continue  # items of a list have the section that the list's own key led to
@@ -156,17 +172,17 @@ def _fields(section: type[BaseModel]) -> dict[str, Any]:
     return {field.alias or name: field for name, field in section.model_fields.items()}
 
 
-def _known_keys(path: Sequence[Key]) -> list[str]:
-    section = _section(path)
+def _known_keys(path: Sequence[Key], schema: type[BaseModel]) -> list[str]:
+    section = _section(path, schema)
     # A quantity's unit is no key of the file: it stands with the value.
     return [key for key in _fields(section) if key != "unit"] if section else []
 
 
-def _form(path: Sequence[Key]) -> str:
+def _form(path: Sequence[Key], schema: type[BaseModel]) -> str:
     """Return how the value at ``path`` is written: a number with unit, a mapping, or a value."""
-    parent = _section(path[:-1])
+    parent = _section(path[:-1], schema)
     field = _fields(parent).get(path[-1]) if parent else None
     units = [item.unit for item in field.metadata if isinstance(item, SI)] if field else []
     if units:
         return "<number>" if units[0] == "1" else f"<number> {units[0]}"
-    return "<section>" if _section(path) else "<value>"
+    return "<section>" if _section(path, schema) else "<value>"

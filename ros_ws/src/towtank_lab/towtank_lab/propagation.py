@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Propagation of uncertainty through a formula, of first order (GUM, JCGM 100:2008, 5.1).
+
+Sensitivities are central differences over one standard uncertainty, as GUM 5.1.3 allows. Degrees of
+freedom combine by Welch and Satterthwaite (GUM G.4.1); the expanded uncertainty is that of
+Student's t at 95 %.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import stats
+from towtank_rig.quantity import Quantity
+
+Formula = Callable[[Mapping[str, float]], float]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its standard uncertainty (k = 1) and degrees of freedom, inf for type B."""
+
+    value: float
+    uncertainty: float
+    freedom: float = math.inf
+
+    @property
+    def u95(self) -> float:
+        """Return the half-width of the 95 % interval."""
+        return coverage_factor(self.freedom) * self.uncertainty
+
+
+@dataclass(frozen=True)
+class Propagated(Estimate):
+    """A result. shares: what each input adds to the standard uncertainty, by the input's name."""
+
+    shares: Mapping[str, float] = field(default_factory=dict)
+
+
+def coverage_factor(freedom: float) -> float:
+    """Return Student's t of the 95 % interval; inf degrees of freedom give the normal 1.96."""
+    return float(stats.t.ppf(0.975, freedom) if math.isfinite(freedom) else stats.norm.ppf(0.975))
+
+
+def within_range(quantity: Quantity) -> Estimate:
+    """Return a quantity as an estimate: anywhere within its range, exact if it has none.
+
+    The variance of an even distribution between the limits (GUM 4.3.7).
+    """
+    low, high = quantity.range or (quantity.value, quantity.value)
+    return Estimate(quantity.value, (high - low) / math.sqrt(12.0))
+
+
+def mean_of(values: Sequence[float], label: str) -> Estimate:
+    """Return the mean of repeated readings, type A (GUM 4.2). ValueError for fewer than two."""
+    if len(values) < 2:
+        raise ValueError(f"one {label} tells nothing of its scatter: repeat it")
+    scatter = float(np.std(values, ddof=1))
+    return Estimate(
+        float(np.mean(values)), scatter / math.sqrt(len(values)), float(len(values) - 1)
+    )
+
+
+def propagate(formula: Formula, inputs: Mapping[str, Estimate]) -> Propagated:
+    """Return the formula's result at the inputs, which are taken as independent."""
+    values = {name: estimate.value for name, estimate in inputs.items()}
+    shares = {}
+    for name, estimate in inputs.items():
+        u = estimate.uncertainty
+        above, below = (formula({**values, name: estimate.value + s}) for s in (u, -u))
+        shares[name] = abs(above - below) / 2.0
+    combined = math.hypot(*shares.values())
+    return Propagated(formula(values), combined, _freedom(shares, inputs, combined), shares)
+
+
+def _freedom(shares: Mapping[str, float], inputs: Mapping[str, Estimate], combined: float) -> float:
+    parts = sum(share**4 / inputs[name].freedom for name, share in shares.items())
+    return combined**4 / parts if parts > 0.0 else math.inf
