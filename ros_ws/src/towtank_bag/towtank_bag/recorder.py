@@ -175,13 +175,17 @@ class Recorder(LifecycleNode):
 
 
 def bag_attachments(rig: Rig) -> list[Attachment]:
-    """The rig file, letter for letter, and the calibrations in force."""
+    """The rig file, letter for letter, the calibrations in force, and the records behind them."""
     return [
         Attachment(RIG_ATTACHMENT, "application/yaml", rig.text.encode()),
         Attachment(
             CALIBRATION_ATTACHMENT,
             "application/json",
             rig.calibrations.model_dump_json(indent=2).encode(),
+        ),
+        *(
+            Attachment(name, "application/yaml", text.encode())
+            for name, text in rig.calibration_records.items()
         ),
     ]
 

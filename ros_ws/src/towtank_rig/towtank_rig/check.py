@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checking a rig file: every fault of the file, or what looks implausible in a faultless one."""
 
+import datetime
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,7 +22,7 @@ def check_rig(path: str | Path) -> list[RigError | str]:
         text = read_rig_text(path)
     except RigError as fault:
         return [fault]
-    rig, faults = validate(text, str(path))
+    rig, faults = validate(text, str(path), Path(path).parent)
     return list(faults) if rig is None else warnings(rig)
 
 
@@ -29,6 +30,29 @@ def warnings(rig: Rig) -> list[str]:
     """Return what is implausible in a valid rig, one line each; empty if nothing is."""
     checks = (_displacements, _stability, _room, _instruments)
     return [line for check in checks for line in check(rig)]
+
+
+def calibration_warnings(rig: Rig, today: datetime.date) -> list[str]:
+    """Return which calibrations are missing, without a record, or out of date on a day."""
+    found = []
+    for sensor in type(rig.calibrations).model_fields:
+        calibration = getattr(rig.calibrations, sensor)
+        where = f"calibrations.{sensor}"
+        make = f"make one with `towtank calibrate {_PROCEDURES[sensor]}`"
+        if calibration is None:
+            found.append(f"{where}: there is none, the data sheet's figures hold; {make}")
+        elif calibration.file is None:
+            found.append(f"{where}: {calibration.id} has no record of its readings; {make}")
+        elif calibration.due is not None and calibration.due < today:
+            found.append(f"{where}: {calibration.id} was due on {calibration.due}; {make}")
+    return found
+
+
+_PROCEDURES = {
+    "fish_pressure": "pressure",
+    "depressor_pressure": "pressure",
+    "accelerometer": "accelerometer",
+}
 
 
 def longest_steady_run(rig: Rig) -> float:

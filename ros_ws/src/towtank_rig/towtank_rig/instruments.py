@@ -145,15 +145,27 @@ class Sensors(Section):
     carriage_encoder: CarriageEncoder
 
 
-class PressureCalibration(Section):
+class Calibration(Section):
+    """What every calibration says of itself.
+
+    ``file`` names the record behind it, with all its readings, as the rig file refers to it (see
+    towtank_rig.calibration_files); it is missing where the figures are assumed. After ``due`` the
+    calibration is out of date.
+    """
+
+    id: str
+    date: datetime.date
+    due: datetime.date | None = None
+    file: str | None = None
+
+
+class PressureCalibration(Calibration):
     """Straight line fitted in place through known immersions; takes the place of the data sheet's.
 
     It covers the whole chain, amplifier and reference included. ``afe_gain`` replaces the board's
     nominal gain if the amplifier was calibrated by itself.
     """
 
-    id: str
-    date: datetime.date
     span: Annotated[Quantity, SI("V", gt=0)]  # at full scale and reference excitation
     offset: Voltage
     fitted_range: Pressure  # the line was fitted between 0 and this pressure
@@ -168,11 +180,9 @@ class AxisCalibration(Section):
     sensitivity: Sensitivity
 
 
-class AccelerometerCalibration(Section):
+class AccelerometerCalibration(Calibration):
     """Six-position calibration; its limits take the place of the data sheet's."""
 
-    id: str
-    date: datetime.date
     x: AxisCalibration
     y: AxisCalibration
     z: AxisCalibration

@@ -9,6 +9,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from towtank_rig.calibration_files import resolve
 from towtank_rig.document import Document, Key, keys
 from towtank_rig.errors import RigError
 from towtank_rig.quantity import SI, Section
@@ -23,7 +24,10 @@ def load_rig(path: str | Path) -> Rig:
     Raises:
         RigError: the file cannot be read, is not YAML, or breaks the schema.
     """
-    return parse_rig(read_rig_text(path), str(path))
+    rig, faults = validate(read_rig_text(path), str(path), Path(path).parent)
+    if rig is None:
+        raise faults[0]
+    return rig
 
 
 def read_rig_text(path: str | Path) -> str:
@@ -42,7 +46,7 @@ def read_rig_text(path: str | Path) -> str:
 
 
 def parse_rig(text: str, source: str = "<text>") -> Rig:
-    """Make a Rig from YAML text; ``source`` names it in errors.
+    """Make a Rig from YAML text that refers to no files; ``source`` names it in errors.
 
     Raises:
         RigError: the text is not YAML or breaks the schema (the first fault is reported).
@@ -67,10 +71,15 @@ def load_section(path: str | Path, schema: type[AnySection]) -> AnySection:
         raise min(faults, key=lambda fault: fault.line or 0) from None
 
 
-def validate(text: str, source: str) -> tuple[Rig | None, list[RigError]]:
-    """Return the rig and no faults, or None and every fault of the text in order of the file."""
+def validate(
+    text: str, source: str, folder: Path | None = None
+) -> tuple[Rig | None, list[RigError]]:
+    """Return the rig and no faults, or None and every fault of the text in order of the file.
+
+    ``folder`` is where the paths of calibration files begin.
+    """
     try:
-        document = Document(text, source)
+        document, records = resolve(Document(text, source), folder)
     except RigError as fault:
         return None, [fault]
     try:
@@ -79,6 +88,7 @@ def validate(text: str, source: str) -> tuple[Rig | None, list[RigError]]:
         faults = [_fault(details, document) for details in error.errors()]
         return None, sorted(faults, key=lambda fault: fault.line or 0)
     rig._document = document
+    rig._calibration_records = records
     return rig, []
 
 

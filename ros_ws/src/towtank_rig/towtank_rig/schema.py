@@ -46,6 +46,7 @@ class Rig(Section):
     calibrations: Calibrations = Calibrations()
 
     _document: Document = PrivateAttr()  # set by loading, the only place that makes rigs
+    _calibration_records: dict[str, str] = PrivateAttr(default_factory=dict)  # as well
 
     @model_validator(mode="after")
     def _channels_exist(self) -> "Rig":
@@ -81,6 +82,11 @@ class Rig(Section):
         """Return the SHA-256 of ``text`` in UTF-8, as hexadecimal digits."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
+    @property
+    def calibration_records(self) -> dict[str, str]:
+        """Return the text of the calibration files that the rig refers to, by their paths."""
+        return dict(self._calibration_records)
+
     def quantities(self) -> Iterator[tuple[str, Quantity]]:
         """Yield every quantity with its dotted path, in the order of the schema."""
         yield from _walk(self, "")
@@ -103,7 +109,9 @@ class Rig(Section):
         from towtank_rig.loading import parse_rig  # loading builds on this module
 
         source = f"{self.source.removesuffix(' (changed)')} (changed)"
-        return parse_rig(self._document.replaced(changes), source)
+        changed = parse_rig(self._document.replaced(changes), source)
+        changed._calibration_records = self._calibration_records
+        return changed
 
 
 def _walk(node: object, path: str) -> Iterator[tuple[str, Quantity]]:

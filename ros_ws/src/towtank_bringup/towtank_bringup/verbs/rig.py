@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import sys
 
 import click
-from towtank_rig import RigError
-from towtank_rig.check import check_rig
+from towtank_rig import RigError, load_rig
+from towtank_rig.check import calibration_warnings, check_rig
 
 from towtank_bringup.rigs import rig_path
 
@@ -24,10 +25,14 @@ def command() -> None:
 def check(file: str, as_json: bool) -> None:
     """Validate the rig FILE (a path, or the name of a rig that comes with towtank).
 
-    Says what is wrong and where, one line a fault; implausible but possible values are warnings.
+    Says what is wrong and where, one line a fault; implausible but possible values are warnings,
+    and so are calibrations that are missing or out of date.
     """
     try:
-        findings = check_rig(rig_path(file))
+        path = rig_path(file)
+        findings = check_rig(path)
+        if not any(isinstance(finding, RigError) for finding in findings):
+            findings += calibration_warnings(load_rig(path), datetime.date.today())
     except RigError as error:
         findings = [error]
     errors = [str(finding) for finding in findings if isinstance(finding, RigError)]
