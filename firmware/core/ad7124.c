@@ -21,6 +21,8 @@
 #define CONTROL_FULL_POWER (2u << 6)
 #define CONTROL (CONTROL_DATA_STATUS | CONTROL_CS_EN | CONTROL_REF_EN | CONTROL_FULL_POWER)
 
+#define CONTROL_IDLE (4u << 2)
+
 #define ERROR_EN_RESET 0x000040ul
 #define ERROR_EN_SPI_CRC (1ul << 2)
 
@@ -98,8 +100,10 @@ static bool turn_crc_on(void)
     return register_holds(&setting);
 }
 
+// Each slot has the setup of its own number.
 static bool set_up_slot(uint8_t slot, uint16_t channel, uint16_t config, uint32_t filter)
 {
+    channel |= (uint16_t)(slot << CHANNEL_SETUP_SHIFT);
     return write_and_verify(&(struct setting){(uint8_t)(AD7124_CONFIG_0 + slot), 2, config}) &&
            write_and_verify(&(struct setting){(uint8_t)(AD7124_FILTER_0 + slot), 3, filter}) &&
            write_and_verify(&(struct setting){(uint8_t)(AD7124_CHANNEL_0 + slot), 2, channel});
@@ -114,14 +118,18 @@ static uint16_t pga(uint8_t gain)
     return code;
 }
 
+static uint32_t filter_register(uint8_t type, uint16_t fs)
+{
+    return (uint32_t)type << FILTER_TYPE_SHIFT | FILTER_POST_RESET | fs;
+}
+
+static const uint16_t inputs[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_REGISTERS;
+static const uint16_t configs[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_CONFIG;
 static const uint16_t housekeeping[BOARD_HOUSEKEEPING_COUNT] = BOARD_ADC_HOUSEKEEPING_REGISTERS;
 
 bool ad7124_set_up(const struct configure_arguments *configuration)
 {
-    static const uint16_t inputs[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_REGISTERS;
-    static const uint16_t configs[BOARD_CHANNEL_COUNT] = BOARD_ADC_CHANNELS_CONFIG;
-    const uint32_t filter = (uint32_t)configuration->filter_type << FILTER_TYPE_SHIFT |
-                            FILTER_POST_RESET | configuration->filter_fs;
+    uint32_t filter = filter_register(configuration->filter_type, configuration->filter_fs);
 
     if (ad7124_reset() == 0 || !turn_crc_on())
         return false;
@@ -129,12 +137,47 @@ bool ad7124_set_up(const struct configure_arguments *configuration)
     for (uint8_t slot = 0; slot < count; slot++) {
         uint8_t channel = configuration->order[slot];
         uint16_t config = configs[channel] | pga(configuration->gains[channel]);
-        if (!set_up_slot(slot, inputs[channel] | (uint16_t)(slot << CHANNEL_SETUP_SHIFT), config,
-                         filter))
+        if (!set_up_slot(slot, inputs[channel], config, filter))
             return false;
     }
     return set_up_slot(BOARD_CHANNEL_COUNT, housekeeping[0], BOARD_ADC_HOUSEKEEPING_CONFIG, filter) &&
            write_and_verify(&(struct setting){AD7124_ADC_CONTROL, 2, CONTROL});
+}
+
+bool ad7124_set_up_self_test(void)
+{
+    static const uint16_t test_inputs[BOARD_SELF_TEST_SLOT_COUNT] = BOARD_SELF_TEST_REGISTERS;
+    static const uint16_t test_configs[BOARD_SELF_TEST_SLOT_COUNT] = BOARD_SELF_TEST_CONFIG;
+    static const uint8_t axes[BOARD_SELF_TEST_AXIS_COUNT] = BOARD_SELF_TEST_AXES;
+    uint32_t filter = filter_register(BOARD_ADC_FILTER_DEFAULT, BOARD_ADC_FS_DEFAULT);
+
+    if (ad7124_reset() == 0 || !turn_crc_on())
+        return false;
+    uint8_t slot = 0;
+    for (; slot < BOARD_SELF_TEST_SLOT_COUNT; slot++) {
+        if (!set_up_slot(slot, test_inputs[slot], test_configs[slot], filter))
+            return false;
+    }
+    for (uint8_t i = 0; i < BOARD_SELF_TEST_AXIS_COUNT; i++) {
+        if (!set_up_slot(slot++, inputs[axes[i]], configs[axes[i]], filter))
+            return false;
+    }
+    return write_and_verify(&(struct setting){AD7124_ADC_CONTROL, 2, CONTROL});
+}
+
+uint8_t ad7124_echo_errors(void)
+{
+    // The data sheet lets OFFSET be written in idle mode only.
+    uint8_t errors = !turn_crc_on();
+    errors = (uint8_t)(errors + !write_and_verify(&(struct setting){AD7124_ADC_CONTROL, 2,
+                                                                    CONTROL | CONTROL_IDLE}));
+    static const uint32_t plain[] = {0x555555, 0xAAAAAA, 0x000000};
+    for (uint8_t i = 0; i < AD7124_ECHOES - 2; i++) {
+        uint32_t pattern = i < 3 ? plain[i] : UINT32_C(1) << (i - 3);
+        struct setting setting = {AD7124_OFFSET_0 + 7, 3, pattern};
+        errors = (uint8_t)(errors + !write_and_verify(&setting));
+    }
+    return errors;
 }
 
 void ad7124_select_housekeeping(uint8_t source)

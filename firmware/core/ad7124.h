@@ -21,6 +21,7 @@ enum ad7124_register {
     AD7124_CHANNEL_0 = 0x09,
     AD7124_CONFIG_0 = 0x19,
     AD7124_FILTER_0 = 0x21,
+    AD7124_OFFSET_0 = 0x29,
 };
 
 struct ad7124_conversion {
@@ -35,6 +36,14 @@ uint8_t ad7124_reset(void);
 // of its order, and housekeeping source 0 behind all that there may be. Every register is read back;
 // false if one is not as written. The ADC must be held by SYNC.
 bool ad7124_set_up(const struct configure_arguments *configuration);
+
+// Resets the chip and sets the self-test's slots up, the accelerometer's axes behind them.
+bool ad7124_set_up_self_test(void);
+
+// Writes patterns to a register that nobody uses and reads each back under the CRC: how many were
+// not as written. After ad7124_reset, with the ADC held by SYNC.
+#define AD7124_ECHOES 29u
+uint8_t ad7124_echo_errors(void);
 
 // Chooses the housekeeping source. The ADC must be held by SYNC.
 void ad7124_select_housekeeping(uint8_t source);

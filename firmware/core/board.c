@@ -90,6 +90,10 @@ void board_poll(struct board *board)
 {
     bool time_to_spare = scan_poll(&board->scan) || !board->scan.streaming;
     listen(board);
+    if (board->reset_wanted) {
+        board->reset_wanted = false;
+        hal_reset();
+    }
 
     uint64_t time = hal_time();
     uint32_t now = (uint32_t)time;

@@ -5,6 +5,7 @@
 #ifndef BOARD_H
 #define BOARD_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "frame.h"
@@ -20,6 +21,7 @@ struct board {
     struct watchdog watchdog;
     struct storage storage;
     uint8_t adc_id;
+    bool reset_wanted;
     uint32_t last_host_frame; // low half of the time of the last good frame
     uint32_t last_health;
 };

@@ -7,6 +7,7 @@
 #include "board_protocol.h"
 #include "configuration.h"
 #include "hal.h"
+#include "self_test.h"
 
 #define REQUEST_HEADER 2u  // type, request id
 #define RESPONSE_HEADER 3u // type, request id, status
@@ -82,6 +83,17 @@ static uint8_t stop(struct board *board, const uint8_t *arguments, uint8_t *data
     return BOARD_STATUS_OK;
 }
 
+static uint8_t self_test(struct board *board, const uint8_t *arguments, uint8_t *data,
+                         uint8_t *size)
+{
+    (void)board;
+    (void)arguments;
+    struct self_test_response response = self_test_run();
+    self_test_response_pack(data, &response);
+    *size = SELF_TEST_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
 static uint8_t sync(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
 {
     (void)board;
@@ -113,6 +125,16 @@ static uint8_t configuration(struct board *board, const uint8_t *arguments, uint
     return BOARD_STATUS_OK;
 }
 
+// The main loop resets, once the response is on its way.
+static uint8_t reset(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    (void)arguments;
+    (void)data;
+    (void)size;
+    board->reset_wanted = true;
+    return BOARD_STATUS_OK;
+}
+
 enum when { ALWAYS, IDLE_ONLY };
 
 struct command {
@@ -127,8 +149,10 @@ static const struct command commands[] = {
     {BOARD_COMMAND_CONFIGURE, CONFIGURE_ARGUMENTS_SIZE, IDLE_ONLY, configure},
     {BOARD_COMMAND_START, 0, IDLE_ONLY, start},
     {BOARD_COMMAND_STOP, 0, ALWAYS, stop},
+    {BOARD_COMMAND_SELF_TEST, 0, IDLE_ONLY, self_test},
     {BOARD_COMMAND_SYNC, 0, ALWAYS, sync},
     {BOARD_COMMAND_COUNTERS, 0, ALWAYS, counters},
+    {BOARD_COMMAND_RESET, 0, ALWAYS, reset},
     {BOARD_COMMAND_CONFIGURATION, 0, ALWAYS, configuration},
 };
 

@@ -20,6 +20,11 @@ static inline uint8_t ring_space(const struct ring *ring)
     return (uint8_t)(ring->tail - ring->head - 1);
 }
 
+static inline bool ring_is_empty(const struct ring *ring)
+{
+    return ring->head == ring->tail;
+}
+
 static inline bool ring_put(struct ring *ring, uint8_t byte)
 {
     uint8_t head = ring->head;

@@ -41,8 +41,12 @@ void hal_adc_exchange(uint8_t *bytes, uint8_t count);
 bool hal_adc_ready(void);
 // Holds the ADC's filter and sequencer in reset. Called locked while the sample timer runs.
 void hal_adc_hold(void);
-// Restarts the sequence at this instant, held or not. Called in interrupt context.
+// Restarts the sequence at this instant, held or not. Called in interrupt context or locked.
 void hal_adc_restart(void);
+
+// ---- accelerometer: its self-test pin, low until told otherwise
+
+void hal_accelerometer_self_test(bool on);
 
 // ---- encoders
 
@@ -79,6 +83,8 @@ void hal_eeprom_write(uint16_t address, const uint8_t *bytes, uint8_t count);
 // ---- the board itself
 
 void hal_watchdog_kick(void);
+// Lets what was written to the serial line go out, then starts anew with reset cause `command`.
+void hal_reset(void);
 void hal_led_toggle(void);
 uint8_t hal_reset_cause(void);       // BOARD_RESET_CAUSE_… bits
 uint16_t hal_boot_count(void);       // resets since power-on, this one included

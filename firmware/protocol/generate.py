@@ -37,6 +37,8 @@ INPUTS = {f"AIN{i}": i for i in range(16)} | {
     "AVSS": 17,
     "avdd_sixth_positive": 20,
     "avdd_sixth_negative": 21,
+    "test_voltage_positive": 28,
+    "test_voltage_negative": 29,
 }
 REFERENCES = {"refin1": 0, "refin2": 1, "internal": 2, "avdd": 3}
 PGA_GAINS = {1: 0, 2: 1, 4: 2, 8: 3, 16: 4, 32: 5, 64: 6, 128: 7}
@@ -90,7 +92,7 @@ def check_consistency(board: dict[str, Any]) -> None:
     check(0 < len(channels) <= 8, "channels: valid_mask holds 1 to 8")
     names = [channel["name"] for channel in channels]
     check(len(set(names)) == len(names), "channels: a name stands twice")
-    for slot in channels + board["housekeeping"]:
+    for slot in channels + board["housekeeping"] + board["self_test"]["slots"]:
         where = slot["name"]
         check(slot["setup"] in board["adc"]["setups"], f"{where}: no setup {slot['setup']!r}")
         for side in ("positive", "negative"):
@@ -106,6 +108,16 @@ def check_consistency(board: dict[str, Any]) -> None:
         check(setup["pga"] in PGA_GAINS, f"setup {name}: no gain {setup['pga']!r}")
     adc_filter = board["adc"]["filter"]
     check(adc_filter["type"] in adc_filter["types"], "adc.filter.type: is none of adc.filter.types")
+
+    self_test = board["self_test"]
+    for name in self_test["accelerometer"]:
+        check(name in names, f"self_test.accelerometer: no channel {name!r}")
+    slots = len(self_test["slots"]) + len(self_test["accelerometer"])
+    check(slots <= MAXIMUM_SETUPS, "self_test: the ADC has eight setups")
+    response = {field.name: field for field in dict(layouts(board))["self_test_response"]}
+    for name in ("rest_codes", "deflected_codes"):
+        count = len(self_test["accelerometer"])
+        check(response[name].count == count, f"self_test.{name}: one per axis")
 
     data = {field.name: field for field in dict(layouts(board))["data_frame"]}
     check(data["codes"].count == len(channels), "data.codes: one element per channel")
@@ -229,6 +241,21 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     yield define("BOARD_ADC_HOUSEKEEPING_REGISTERS", braces(words))
     word = config_register(setups[board["housekeeping"][0]["setup"]])
     yield define("BOARD_ADC_HOUSEKEEPING_CONFIG", hexadecimal(word, 4))
+    yield "/* The slots of the self-test, and the channels behind them. */"
+    self_test = board["self_test"]
+    yield define("BOARD_SELF_TEST_SLOT_COUNT", f"{len(self_test['slots'])}u")
+    for index, slot in enumerate(self_test["slots"]):
+        yield define(f"BOARD_SELF_TEST_{slot['name'].upper()}", f"{index}u")
+    words = [hexadecimal(channel_register(slot), 4) for slot in self_test["slots"]]
+    yield define("BOARD_SELF_TEST_REGISTERS", braces(words))
+    words = [hexadecimal(config_register(setups[s["setup"]]), 4) for s in self_test["slots"]]
+    yield define("BOARD_SELF_TEST_CONFIG", braces(words))
+    names = [channel["name"] for channel in channels]
+    axes = [names.index(name) for name in self_test["accelerometer"]]
+    yield define("BOARD_SELF_TEST_AXIS_COUNT", f"{len(axes)}u")
+    yield define("BOARD_SELF_TEST_AXES", braces(axes))
+    yield define("BOARD_SELF_TEST_ROUNDS", f"{self_test['rounds']}u")
+    yield define("BOARD_SELF_TEST_SETTLE_MS", f"{round(1000 * self_test['settle_s'])}u")
     yield ""
     yield define("BOARD_CHANNEL_COUNT", f"{len(channels)}u")
     for index, channel in enumerate(channels):
@@ -239,6 +266,8 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     yield "/* Analog front end, one element per channel. */"
     for key in ("gain", "output_reference_volts", "pole_hz", "noise_volts"):
         yield define(f"BOARD_AFE_{key.upper()}", braces([channel[key] for channel in channels]))
+    deflections = [channel.get("self_test_volts", 0.0) for channel in channels]
+    yield define("BOARD_AFE_SELF_TEST_VOLTS", braces(deflections))
     yield ""
     eeprom = board["eeprom"]
     yield define("BOARD_EEPROM_BOARD_SERIAL", f"{eeprom['board_serial']}u")

@@ -13,6 +13,7 @@
 struct fake_ad7124 {
     uint32_t registers[FAKE_AD7124_REGISTERS];
     uint32_t inputs[16]; // code that a conversion of CHANNEL_n gives
+    uint32_t deflections[16]; // added while the accelerometer's self-test pin is high
     uint8_t id;
 
     bool running; // SYNC high

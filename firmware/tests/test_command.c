@@ -87,7 +87,7 @@ static void a_wrong_length_is_refused(void **state)
     } commands[] = {
         {BOARD_COMMAND_IDENTIFY, 0}, {BOARD_COMMAND_CONFIGURE, 17}, {BOARD_COMMAND_START, 0},
         {BOARD_COMMAND_STOP, 0},     {BOARD_COMMAND_SYNC, 0},       {BOARD_COMMAND_COUNTERS, 0},
-        {BOARD_COMMAND_CONFIGURATION, 0},
+        {BOARD_COMMAND_CONFIGURATION, 0}, {BOARD_COMMAND_SELF_TEST, 0}, {BOARD_COMMAND_RESET, 0},
     };
     struct whole_board *whole = *state;
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
@@ -221,6 +221,17 @@ static void start_counts_from_zero_again(void **state)
     }
 }
 
+static void reset_answers_before_it_resets(void **state)
+{
+    struct whole_board *whole = *state;
+    assert_int_equal(hal_host.resets, 0);
+    assert_int_equal(status_of(whole, BOARD_COMMAND_RESET, NULL, 0), BOARD_STATUS_OK);
+    assert_int_equal(hal_host.resets, 1);
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+    assert_int_equal(status_of(whole, BOARD_COMMAND_RESET, NULL, 0), BOARD_STATUS_OK);
+    assert_int_equal(hal_host.resets, 2);
+}
+
 static void start_without_an_adc_is_an_adc_fault(void **state)
 {
     struct whole_board *whole = *state;
@@ -307,6 +318,7 @@ int main(void)
         TEST(configure_and_start_are_refused_while_streaming),
         TEST(stop_may_be_repeated),
         TEST(start_counts_from_zero_again),
+        TEST(reset_answers_before_it_resets),
         TEST(start_without_an_adc_is_an_adc_fault),
         TEST(sync_gives_reception_and_sending_in_order),
         cmocka_unit_test(sync_has_all_64_bits),

@@ -8,13 +8,15 @@ static const double output_reference_volts[] = BOARD_AFE_OUTPUT_REFERENCE_VOLTS;
 static const double pole_hz[] = BOARD_AFE_POLE_HZ;
 static const uint16_t channel_register[] = BOARD_ADC_CHANNELS_REGISTERS;
 
-void afe_init(afe *front_end, const bench_input *input, const double noise_volts[], uint64_t seed)
+void afe_init(afe *front_end, const bench_input *input, const double noise_volts[],
+              const double self_test_volts[], uint64_t seed)
 {
     *front_end = (afe){.input = input, .noise_source = random_stream(seed, 1)};
     for (int pin = 0; pin < AFE_PIN_COUNT; pin++)
         front_end->channel_of_pin[pin] = -1;
     for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++) {
         front_end->noise_volts[i] = noise_volts[i];
+        front_end->self_test_volts[i] = self_test_volts[i];
         front_end->time_constant_ns[i] = 1e9 / (2.0 * 3.14159265358979323846 * pole_hz[i]);
         // Which pins a channel uses stands in its CHANNEL register.
         unsigned positive = channel_register[i] >> 5 & 0x1F;
@@ -24,6 +26,11 @@ void afe_init(afe *front_end, const bench_input *input, const double noise_volts
         if (negative < AFE_PIN_COUNT)
             front_end->offset_of_pin[negative] = output_reference_volts[i];
     }
+}
+
+void afe_self_test(afe *front_end, bool on)
+{
+    front_end->self_test = on;
 }
 
 // The response of dy/dt = (u - y)/τ to u(t) = u0 + slope·t, from y0 at t = 0.
@@ -41,6 +48,8 @@ static void integrate(afe *front_end, const bench_sample *from, const bench_samp
     for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++) {
         double slope = to ? (to->volts[i] - from->volts[i]) / (to->time_ns - from->time_ns) : 0.0;
         double u0 = from->volts[i] + slope * start;
+        if (front_end->self_test)
+            u0 += front_end->self_test_volts[i];
         front_end->filtered[i] =
             pole_response(front_end->filtered[i], u0, slope, front_end->time_constant_ns[i], step);
     }

@@ -18,6 +18,8 @@ typedef struct afe {
     double time_constant_ns[BOARD_CHANNEL_COUNT];
     int channel_of_pin[AFE_PIN_COUNT];  // the channel whose signal is on this ADC pin, or -1
     double offset_of_pin[AFE_PIN_COUNT];
+    double self_test_volts[BOARD_CHANNEL_COUNT];
+    bool self_test;  // the accelerometer's pin is high
 
     uint64_t cursor;  // index of the sample at or before the filter's state
     bool settled;     // the first sample has been seen: the filter starts in its steady state
@@ -26,7 +28,11 @@ typedef struct afe {
     uint64_t starved;
 } afe;
 
-void afe_init(afe *front_end, const bench_input *input, const double noise_volts[], uint64_t seed);
+void afe_init(afe *front_end, const bench_input *input, const double noise_volts[],
+              const double self_test_volts[], uint64_t seed);
+
+// The self-test pin changes, for what comes after the instant that afe_advance was given last.
+void afe_self_test(afe *front_end, bool on);
 
 // Brings the filters to an instant; instants must not decrease, here and below. Returns whether the input there
 // is known, not held.

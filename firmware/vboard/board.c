@@ -36,6 +36,7 @@ struct vb_board {
     bench_input bench;
     encoder_port encoders[ENCODER_COUNT];
     mcu_pin dout, ready;  // two pins on one wire
+    mcu_pin self_test;    // the accelerometer's
     random_source spi_fault_source;
     bool read_began;  // the byte before opened an ADC read transaction
     uint64_t spi_errors_injected;
@@ -188,6 +189,15 @@ static void power_adc(vb_board *board)
     ad7124_power_on(&board->adc, &inputs, board->options.adc_clock_ppm, now(board));
 }
 
+static void self_test_changed(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq;
+    vb_board *board = param;
+    // A conversion that is running sees the change from the middle of its interval on.
+    afe_advance(&board->afe, fmin(now(board), ad7124_sampling_ns(&board->adc)));
+    afe_self_test(&board->afe, value);
+}
+
 // ----------------------------------------------------------------------------------- reset
 
 // avr_reset has wiped all timers and pin registers, and let CS and SYNC float up.
@@ -202,6 +212,8 @@ static void arm_all(void *context)
         mcu_drive(outputs[i], true);
         mcu_drive_again(outputs[i]);
     }
+    mcu_drive(board->self_test, false);
+    mcu_drive_again(board->self_test);
     mcu_drive_again(board->dout);
     mcu_drive_again(board->ready);
     for (int i = 0; i < ENCODER_COUNT; i++) {
@@ -242,6 +254,7 @@ void vb_default_options(vb_options *options)
         .carriage_counts_per_revolution = 4096,
         .seed = 1,
         .noise_volts = BOARD_AFE_NOISE_VOLTS,
+        .self_test_volts = BOARD_AFE_SELF_TEST_VOLTS,
     };
 }
 
@@ -256,6 +269,9 @@ static const char *complaint(const vb_options *options)
     for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
         if (!(options->noise_volts[i] >= 0.0 && options->noise_volts[i] < 10.0))
             return "noise must lie within 0 and 10 V";
+    for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
+        if (!(fabs(options->self_test_volts[i]) < 10.0))
+            return "the self-test's deflection must lie within ±10 V";
     return NULL;
 }
 
@@ -279,11 +295,11 @@ vb_board *vb_open(const char *elf_path, const vb_options *options, char *error, 
     }
     board->options = *options;
     board_clock_set_ppm(&board->clock, 0, options->clock_ppm);
-    if (!mcu_open(&board->mcu, elf_path, options->seed, arm_all, board, error, error_size)) {
+    if (!mcu_open(&board->mcu, elf_path, options->eeprom_path, options->seed, arm_all, board, error, error_size)) {
         free(board);
         return NULL;
     }
-    afe_init(&board->afe, &board->bench, options->noise_volts, options->seed);
+    afe_init(&board->afe, &board->bench, options->noise_volts, options->self_test_volts, options->seed);
     board->spi_fault_source = random_stream(options->seed, 4);
     serial_line_open(&board->serial, &board->mcu, &board->faults, options->seed);
     spi_master_open(&board->spi, &board->mcu, adc_exchange, board);
@@ -291,6 +307,8 @@ vb_board *vb_open(const char *elf_path, const vb_options *options, char *error, 
     board->ready = mcu_input_pin(&board->mcu, BOARD_PIN_ADC_READY_PORT, BOARD_PIN_ADC_READY_BIT);
     mcu_watch_pin(&board->mcu, BOARD_PIN_ADC_CS_PORT, BOARD_PIN_ADC_CS_BIT, cs_changed, board);
     mcu_watch_pin(&board->mcu, BOARD_PIN_ADC_SYNC_PORT, BOARD_PIN_ADC_SYNC_BIT, sync_changed, board);
+    board->self_test = mcu_input_pin(&board->mcu, BOARD_PIN_ACCEL_SELF_TEST_PORT, BOARD_PIN_ACCEL_SELF_TEST_BIT);
+    mcu_watch_pin(&board->mcu, BOARD_PIN_ACCEL_SELF_TEST_PORT, BOARD_PIN_ACCEL_SELF_TEST_BIT, self_test_changed, board);
     wire_encoder(board, ENCODER_CRANK, options->crank_counts_per_revolution, BOARD_PIN_CRANK_A_PORT,
                  BOARD_PIN_CRANK_A_BIT, BOARD_PIN_CRANK_B_BIT);
     wire_encoder(board, ENCODER_CARRIAGE, options->carriage_counts_per_revolution, BOARD_PIN_CARRIAGE_A_PORT,
@@ -410,6 +428,11 @@ void vb_set_clock_ppm(vb_board *board, double clock_ppm)
     board_clock_set_ppm(&board->clock, board->mcu.avr->cycle, clock_ppm);
     schedule_edges(board);
     schedule_conversion(board);
+}
+
+int vb_preset(vb_board *board, const char *variable, size_t offset, const uint8_t *bytes, size_t count)
+{
+    return mcu_preset(&board->mcu, variable, offset, bytes, count) ? 0 : -1;
 }
 
 void vb_get_counters(const vb_board *board, vb_counters *counters)

@@ -12,6 +12,7 @@ enum {
     // avr-ld's physical addresses of the memories beside the flash
     EEPROM_BASE = 0x810000,
     EEPROM_END = 0x820000,
+    RAM_BASE = 0x800000,
 };
 
 // Where a segment goes: NULL if it does not belong into the chip's flash or EEPROM (fuses, lock bits).
@@ -80,4 +81,41 @@ bool elf_image_load(const char *path, uint8_t *flash, size_t flash_size, uint8_t
         elf_end(elf);
     close(file);
     return ok;
+}
+
+static int count_variables(Elf *elf, const char *name, size_t *address, size_t *size)
+{
+    int found = 0;
+    for (Elf_Scn *section = NULL; (section = elf_nextscn(elf, section));) {
+        GElf_Shdr header;
+        if (!gelf_getshdr(section, &header) || header.sh_type != SHT_SYMTAB || header.sh_entsize == 0)
+            continue;
+        Elf_Data *data = elf_getdata(section, NULL);
+        GElf_Sym symbol;
+        for (size_t i = 0; data && i < header.sh_size / header.sh_entsize; i++) {
+            const char *its_name;
+            if (!gelf_getsym(data, (int)i, &symbol) || GELF_ST_TYPE(symbol.st_info) != STT_OBJECT ||
+                symbol.st_value < RAM_BASE || symbol.st_value >= EEPROM_BASE ||
+                !(its_name = elf_strptr(elf, header.sh_link, symbol.st_name)) || strcmp(its_name, name) != 0)
+                continue;
+            *address = symbol.st_value - RAM_BASE;
+            *size = symbol.st_size;
+            found++;
+        }
+    }
+    return found;
+}
+
+bool elf_image_variable(const char *path, const char *name, size_t *address, size_t *size)
+{
+    int file = open(path, O_RDONLY | O_CLOEXEC);
+    if (file < 0)
+        return false;
+    elf_version(EV_CURRENT);
+    Elf *elf = elf_begin(file, ELF_C_READ, NULL);
+    int found = elf ? count_variables(elf, name, address, size) : 0;
+    if (elf)
+        elf_end(elf);
+    close(file);
+    return found == 1;
 }

@@ -14,4 +14,8 @@
 bool elf_image_load(const char *path, uint8_t *flash, size_t flash_size, uint8_t *eeprom, size_t eeprom_size,
                     char *error, size_t error_size);
 
+// The address in RAM and the size of a variable, global or not. False if the file has none of that name, or more
+// than one.
+bool elf_image_variable(const char *path, const char *name, size_t *address, size_t *size);
+
 #endif

@@ -58,6 +58,7 @@ static const char usage[] =
     "  --clock-ppm X           the board's crystal runs X ppm fast (0)\n"
     "  --adc-clock-ppm X       the ADC's oscillator runs X ppm fast (0)\n"
     "  --seed N                of noise and faults (1)\n"
+    "  --eeprom FILE           file that is the EEPROM, made if missing (a blank one)\n"
     "  --noise V,V,V,V,V,V     standard deviation of a conversion in volts at the ADC, one per channel;\n"
     "                          a single value holds for all (board.yaml's)\n"
     "faults:\n"
@@ -117,6 +118,7 @@ enum {
     OPTION_ADC_CLOCK_PPM,
     OPTION_SEED,
     OPTION_NOISE,
+    OPTION_EEPROM,
     OPTION_SPI_ERROR_ONE_IN,
     OPTION_ADC_SILENT,
     OPTION_BIT_ERROR_RATE,
@@ -135,6 +137,7 @@ static const struct option long_options[] = {
     {"adc-clock-ppm", required_argument, NULL, OPTION_ADC_CLOCK_PPM},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"noise", required_argument, NULL, OPTION_NOISE},
+    {"eeprom", required_argument, NULL, OPTION_EEPROM},
     {"spi-error-one-in", required_argument, NULL, OPTION_SPI_ERROR_ONE_IN},
     {"adc-silent", no_argument, NULL, OPTION_ADC_SILENT},
     {"bit-error-rate", required_argument, NULL, OPTION_BIT_ERROR_RATE},
@@ -166,6 +169,7 @@ static arguments parse_arguments(int argc, char **argv)
         case OPTION_CLOCK_PPM: options->clock_ppm = parse_number(name, optarg, -1e5, 1e5); break;
         case OPTION_ADC_CLOCK_PPM: options->adc_clock_ppm = parse_number(name, optarg, -1e5, 1e5); break;
         case OPTION_SEED: options->seed = parse_integer(name, optarg, 0, UINT64_MAX); break;
+        case OPTION_EEPROM: options->eeprom_path = optarg; break;
         case OPTION_NOISE: parse_noise(optarg, options->noise_volts); break;
         case OPTION_SPI_ERROR_ONE_IN:
             faults->spi_error_one_in = (uint32_t)parse_integer(name, optarg, 0, UINT32_MAX);

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mcu.h"
 
-#include <simavr/avr_eeprom.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <simavr/avr_timer.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "board_protocol.h"
 #include "elf_image.h"
@@ -13,6 +17,8 @@
 // Cycles that the core may run before it looks at its timers again; they still fire in time, because arming
 // one shortens the run. It almost doubles the speed.
 static const avr_cycle_count_t RUN_CYCLE_LIMIT = 1000;
+
+static const uint32_t EEPROM_BYTE_US = 3400;  // erase and write
 
 static void no_sleep(avr_t *avr, avr_cycle_count_t cycles)
 {
@@ -115,8 +121,60 @@ static void scramble_ram(mcu *self)
         self->avr->data[i] = (uint8_t)random_u64(&self->ram_noise);
 }
 
+static avr_cycle_count_t eeprom_written(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)when;
+    avr_regbit_clear(avr, ((mcu *)param)->eeprom->eepe);
+    return 0;
+}
+
+// EECR: EEPE reads as one until the byte is written. (simavr clears it at once.)
+static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    mcu *self = param;
+    const avr_eeprom_t *eeprom = self->eeprom;
+    bool begins = avr_regbit_get(avr, eeprom->eempe) && value >> eeprom->eepe.bit & 1;
+    bool busy = avr_regbit_get(avr, eeprom->eepe);
+    self->write_eecr(avr, address, value, self->write_eecr_param);
+    if (begins)
+        avr_cycle_timer_register_usec(avr, EEPROM_BYTE_US, eeprom_written, self);
+    if (begins || busy)
+        avr_regbit_set(avr, eeprom->eepe);
+}
+
+static void mend_eeprom(mcu *self)
+{
+    avr_io_addr_t eecr = AVR_DATA_TO_IO(self->eeprom->r_eecr);
+    self->write_eecr = self->avr->io[eecr].w.c;
+    self->write_eecr_param = self->avr->io[eecr].w.param;
+    self->avr->io[eecr].w.c = write_eecr;
+    self->avr->io[eecr].w.param = self;
+}
+
+// The power leaves in the middle of a write: the byte is neither the old one nor the new one.
+static void spoil_eeprom(mcu *self)
+{
+    avr_t *avr = self->avr;
+    const avr_eeprom_t *eeprom = self->eeprom;
+    unsigned address = avr->data[eeprom->r_eearl] | avr->data[eeprom->r_eearh] << 8;
+    if (avr_regbit_get(avr, eeprom->eepe) && address < eeprom->size)
+        eeprom->eeprom[address] = (uint8_t)random_u64(&self->ram_noise);
+}
+
+bool mcu_preset(mcu *self, const char *variable, size_t offset, const uint8_t *bytes, size_t count)
+{
+    size_t address, size;
+    if (!elf_image_variable(self->elf_path, variable, &address, &size) || offset > size || count > size - offset ||
+        address + size > self->avr->ramend + 1u)
+        return false;
+    memcpy(self->avr->data + address + offset, bytes, count);
+    return true;
+}
+
 void mcu_reset(mcu *self, uint8_t cause)
 {
+    if (cause == BOARD_RESET_CAUSE_POWER_ON || cause == BOARD_RESET_CAUSE_BROWN_OUT)
+        spoil_eeprom(self);
     if (cause == BOARD_RESET_CAUSE_POWER_ON) {
         scramble_ram(self);
         self->reset_flags = 0;
@@ -132,10 +190,38 @@ void mcu_reset(mcu *self, uint8_t cause)
 
 // --------------------------------------------------------------------------- open and close
 
-bool mcu_open(mcu *self, const char *elf_path, uint64_t seed, void (*on_reset)(void *), void *context, char *error,
-              size_t error_size)
+// Puts a file, mapped, where simavr has its EEPROM: what the firmware writes is in the file at once.
+static bool map_eeprom(mcu *self, const char *path, char *error, size_t error_size)
+{
+    size_t size = self->eeprom->size;
+    int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    struct stat status;
+    const char *problem = NULL;
+    void *bytes = MAP_FAILED;
+    if (file < 0 || fstat(file, &status) != 0)
+        problem = strerror(errno);
+    else if (status.st_size == 0 && write(file, self->eeprom->eeprom, size) != (ssize_t)size)
+        problem = "cannot be filled; make room on its disk";
+    else if (status.st_size != 0 && (size_t)status.st_size != size)
+        problem = "is no EEPROM of an ATmega2560 (4096 bytes); name another file";
+    else if ((bytes = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0)) == MAP_FAILED)
+        problem = strerror(errno);
+    if (file >= 0)
+        close(file);
+    if (problem) {
+        snprintf(error, error_size, "EEPROM %s: %s", path, problem);
+        return false;
+    }
+    self->own_eeprom = self->eeprom->eeprom;
+    self->eeprom->eeprom = bytes;
+    return true;
+}
+
+bool mcu_open(mcu *self, const char *elf_path, const char *eeprom_path, uint64_t seed, void (*on_reset)(void *),
+              void *context, char *error, size_t error_size)
 {
     *self = (mcu){.on_reset = on_reset, .context = context, .ram_noise = random_stream(seed, 2)};
+    self->elf_path = strdup(elf_path);
     avr_t *avr = self->avr = avr_make_mcu_by_name("atmega2560");
     if (!avr) {
         snprintf(error, error_size, "libsimavr has no ATmega2560; install libsimavr 1.6");
@@ -147,9 +233,10 @@ bool mcu_open(mcu *self, const char *elf_path, uint64_t seed, void (*on_reset)(v
     self->external_interrupts = (avr_extint_t *)mcu_module(self, "extint");
     self->watchdog = (avr_watchdog_t *)mcu_module(self, "watchdog");
 
-    avr_eeprom_desc_t eeprom = {.offset = 0, .size = (uint32_t)avr->e2end + 1};
-    avr_ioctl(avr, AVR_IOCTL_EEPROM_GET, &eeprom);
-    if (!elf_image_load(elf_path, avr->flash, avr->flashend + 1, eeprom.ee, eeprom.size, error, error_size)) {
+    self->eeprom = (avr_eeprom_t *)mcu_module(self, "eeprom");
+    if ((eeprom_path && !map_eeprom(self, eeprom_path, error, error_size)) ||
+        !elf_image_load(elf_path, avr->flash, avr->flashend + 1, self->eeprom->eeprom, self->eeprom->size, error,
+                        error_size)) {
         mcu_close(self);
         return false;
     }
@@ -158,6 +245,7 @@ bool mcu_open(mcu *self, const char *elf_path, uint64_t seed, void (*on_reset)(v
     for (avr_io_t *module = avr->io_port; module; module = module->next)
         if (strcmp(module->kind, "timer") == 0)
             mend_interrupt_flags(avr, &((avr_timer_t *)module)->overflow);
+    mend_eeprom(self);
     avr_register_io_write(avr, avr->reset_flags.porf.reg, write_reset_flags, self);
 
     // At the end of the chain, unlike avr_register_io: behind the modules' own resets.
@@ -173,6 +261,11 @@ void mcu_close(mcu *self)
 {
     if (!self->avr)
         return;
+    if (self->own_eeprom) {
+        munmap(self->eeprom->eeprom, self->eeprom->size);
+        self->eeprom->eeprom = self->own_eeprom;  // for simavr to free
+    }
+    free(self->elf_path);
     avr_terminate(self->avr);
     free(self->avr);
     self->avr = NULL;

@@ -4,6 +4,7 @@
 #ifndef VBOARD_MCU_H
 #define VBOARD_MCU_H
 
+#include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_watchdog.h>
@@ -17,6 +18,11 @@ typedef struct mcu {
     avr_t *avr;
     avr_extint_t *external_interrupts;
     avr_watchdog_t *watchdog;
+    avr_eeprom_t *eeprom;
+    uint8_t *own_eeprom;  // simavr's, while a file stands in its place
+    avr_io_write_t write_eecr;  // simavr's handler of EECR
+    void *write_eecr_param;
+    char *elf_path;
     avr_io_t reset_hook;
     uint8_t reset_flags;  // MCUSR, which on the chip outlives a reset
     random_source ram_noise;
@@ -25,13 +31,17 @@ typedef struct mcu {
     void *context;
 } mcu;
 
-// Creates the microcontroller with a firmware, powered on. False with one line in `error`.
-bool mcu_open(mcu *self, const char *elf_path, uint64_t seed, void (*on_reset)(void *), void *context, char *error,
-              size_t error_size);
+// Creates the microcontroller with a firmware, powered on, and an EEPROM that is a file (NULL: a blank one).
+// False with one line in `error`.
+bool mcu_open(mcu *self, const char *elf_path, const char *eeprom_path, uint64_t seed, void (*on_reset)(void *),
+              void *context, char *error, size_t error_size);
 void mcu_close(mcu *self);
 
 // Runs to a cycle, overrunning by less than one instruction. False if the core has stopped for good.
 bool mcu_run_until(mcu *self, uint64_t cycle);
+
+// Sets bytes of a variable in RAM. False if there is none of that name, more than one, or a shorter one.
+bool mcu_preset(mcu *self, const char *variable, size_t offset, const uint8_t *bytes, size_t count);
 
 // Resets for one of BOARD_RESET_CAUSE_….
 void mcu_reset(mcu *self, uint8_t cause);

@@ -30,6 +30,8 @@ typedef struct vb_options {
     double clock_ppm;                         // the board's crystal runs this much fast
     double adc_clock_ppm;                     // the ADC's internal oscillator runs this much fast
     double noise_volts[BOARD_CHANNEL_COUNT];  // standard deviation of one conversion, at the ADC input
+    double self_test_volts[BOARD_CHANNEL_COUNT];  // added at the terminals while the self-test pin is high
+    const char *eeprom_path;                  // file that is the EEPROM, made if missing; NULL: a blank one
 } vb_options;
 
 // Faults are off when zero. Rates are probabilities.
@@ -63,7 +65,7 @@ typedef struct vb_counters {
 
 enum { VB_FRAME_ACCEPTED = 0, VB_FRAME_LATE = 1, VB_FRAME_MALFORMED = 2 };
 
-// Nominal values from board.yaml: noise on, seed 1, clocks exact, 4096 counts per revolution.
+// Nominal values from board.yaml: noise on, seed 1, clocks exact, 4096 counts per revolution, blank EEPROM.
 VB_API void vb_default_options(vb_options *options);
 
 // Powers a board on with the firmware of an ELF file. NULL on failure, with one line in `error`.
@@ -92,6 +94,10 @@ VB_API int vb_reset(vb_board *board, uint8_t cause);
 VB_API void vb_set_faults(vb_board *board, const vb_faults *faults);
 VB_API void vb_set_clock_ppm(vb_board *board, double clock_ppm);
 VB_API void vb_get_counters(const vb_board *board, vb_counters *counters);
+
+// Sets bytes of a variable of the firmware, for runs that begin near the end of a counter. -1, and nothing
+// changed, if the ELF file has no such variable, more than one, or a shorter one.
+VB_API int vb_preset(vb_board *board, const char *variable, size_t offset, const uint8_t *bytes, size_t count);
 
 #ifdef __cplusplus
 }

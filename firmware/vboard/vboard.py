@@ -95,6 +95,8 @@ class _Options(_Structure):
         ("clock_ppm", ctypes.c_double),
         ("adc_clock_ppm", ctypes.c_double),
         ("noise_volts", ctypes.c_double * CHANNEL_COUNT),
+        ("self_test_volts", ctypes.c_double * CHANNEL_COUNT),
+        ("eeprom_path", ctypes.c_char_p),
     )
 
 
@@ -154,6 +156,10 @@ def _load(path: Path) -> ctypes.CDLL:
         "vb_set_faults": (None, [board, ctypes.POINTER(_Faults)]),
         "vb_set_clock_ppm": (None, [board, ctypes.c_double]),
         "vb_get_counters": (None, [board, ctypes.POINTER(_Counters)]),
+        "vb_preset": (
+            ctypes.c_int,
+            [board, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t],
+        ),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -171,6 +177,9 @@ class VirtualBoard:
     seed: of the noise, the faults and the RAM's content at power-on.
     noise_volts: standard deviation of one conversion in volts at the ADC's input: one value for
         all channels, six values, or None for the nominal ones of board.yaml.
+    self_test_volts: six voltages that the accelerometer's self-test adds at the terminals, or None
+        for those of board.yaml.
+    eeprom: file that is the EEPROM (4096 bytes, made if missing), or None for a blank one.
 
     Raises VirtualBoardError if the library or the firmware cannot be loaded.
     """
@@ -185,6 +194,8 @@ class VirtualBoard:
         adc_clock_ppm: float = 0.0,
         seed: int = 1,
         noise_volts: float | Sequence[float] | None = None,
+        self_test_volts: Sequence[float] | None = None,
+        eeprom: str | Path | None = None,
         library: str | Path = LIBRARY,
     ) -> None:
         self._board: int | None = None
@@ -204,6 +215,10 @@ class VirtualBoard:
             if len(noise_volts) != CHANNEL_COUNT:
                 raise ValueError(f"{len(noise_volts)} noise values; give one or {CHANNEL_COUNT}")
             options.noise_volts[:] = noise_volts
+        if self_test_volts is not None:
+            options.self_test_volts[:] = self_test_volts
+        if eeprom is not None:
+            options.eeprom_path = str(eeprom).encode()
         error = ctypes.create_string_buffer(512)
         self._board = self._library.vb_open(
             str(elf).encode(), ctypes.byref(options), error, len(error)
@@ -303,6 +318,12 @@ class VirtualBoard:
     def set_clock_ppm(self, clock_ppm: float) -> None:
         """Changes the rate of the board's crystal from now on; time stays continuous."""
         self._library.vb_set_clock_ppm(self._handle, clock_ppm)
+
+    def preset(self, variable: str, data: bytes, offset: int = 0) -> None:
+        """Sets bytes of a variable of the firmware, as for a run that begins near the end of a
+        counter. Raises ValueError if the firmware has not just one such variable of that size."""
+        if self._library.vb_preset(self._handle, variable.encode(), offset, data, len(data)):
+            raise ValueError(f"the firmware has no variable '{variable}' of this size")
 
     def counters(self) -> dict[str, int]:
         """What has happened since power-on; the names are those of vb_counters in vboard.h."""

@@ -19,6 +19,7 @@ void hal_init(void)
     serial_init();
     adc_bus_init();
     encoders_init();
+    accelerometer_init();
     sei();
 }
 

@@ -6,8 +6,10 @@
 
 void timer_init(void);
 void serial_init(void);
+void serial_flush(void); // waits until the UART has all but the last bytes
 void adc_bus_init(void);
 void encoders_init(void);
+void accelerometer_init(void);
 void reset_init(void);
 
 #endif

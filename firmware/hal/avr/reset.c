@@ -24,6 +24,9 @@ static uint8_t mcusr NOINIT;
 // SRAM keeps its contents over a reset; after power-on it is random, which the complement shows.
 static uint16_t boots NOINIT;
 static uint16_t boots_complement NOINIT;
+static uint32_t reset_mark NOINIT; // COMMANDED: the reset that follows was asked for
+
+#define COMMANDED UINT32_C(0x72657365)
 
 extern uint8_t _end; // first byte behind the variables, from the linker
 
@@ -43,7 +46,19 @@ void reset_init(void)
     if ((mcusr & (_BV(PORF) | _BV(BORF))) != 0 || (uint16_t)~boots != boots_complement)
         boots = 0;
     boots++;
+    bool power_lost = (mcusr & (_BV(PORF) | _BV(BORF))) != 0;
+    if (!power_lost && reset_mark == COMMANDED)
+        mcusr = BOARD_RESET_CAUSE_COMMAND; // not `watchdog`, by whose help it came
+    reset_mark = 0;
     boots_complement = (uint16_t)~boots;
+}
+
+void hal_reset(void)
+{
+    serial_flush();
+    reset_mark = COMMANDED;
+    for (;;) // until the watchdog bites
+        ;
 }
 
 uint8_t hal_reset_cause(void)

@@ -67,6 +67,12 @@ uint32_t hal_serial_rx_overflows(void)
     return overflows;
 }
 
+void serial_flush(void)
+{
+    while (!ring_is_empty(&to_send))
+        ;
+}
+
 uint8_t hal_serial_tx_space(void)
 {
     return ring_space(&to_send);

@@ -197,6 +197,16 @@ void hal_eeprom_write(uint16_t address, const uint8_t *bytes, uint8_t count)
     }
 }
 
+void hal_accelerometer_self_test(bool on)
+{
+    hal_host.accelerometer_self_test = on;
+}
+
+void hal_reset(void)
+{
+    hal_host.resets++; // what follows a reset is the test's
+}
+
 void hal_watchdog_kick(void)
 {
     hal_host.watchdog_kicks++;

@@ -49,6 +49,8 @@ struct hal_host {
 
     bool locked;
     bool sync_high;
+    bool accelerometer_self_test;
+    uint32_t resets;
     uint32_t watchdog_kicks;
     uint32_t led_toggles;
 };

@@ -12,7 +12,7 @@ from towtank_daq.framing import FrameReader, encode_frame
 
 MS = 1_000_000
 SECOND = 1_000_000_000
-IDENTIFY, CONFIGURE, START, STOP, SYNC, COUNTERS, CONFIGURATION = 1, 2, 3, 4, 6, 7, 9
+IDENTIFY, CONFIGURE, START, STOP, SYNC, COUNTERS, RESET, CONFIGURATION = 1, 2, 3, 4, 6, 7, 8, 9
 PERIOD_TICKS = 20_000
 
 
@@ -39,6 +39,7 @@ class ScriptedBoard:
         self.requests: list[int] = []
         self.crank = 0
         self.boot_count = 1
+        self.refuse_configuration = 0
         self.configured_ticks = PERIOD_TICKS
         self.answer_wire_ns = 920_000
         self._requests = FrameReader(64)
@@ -93,10 +94,13 @@ class ScriptedBoard:
             self.configuration = arguments
             self.configured_ticks = 2_000_000 // struct.unpack_from("<H", arguments)[0]
             data = struct.pack("<I", self.configured_ticks)
+            status, data = self.refuse_configuration, b"" if self.refuse_configuration else data
         elif kind == CONFIGURATION:
             data = self.configuration
         elif kind == COUNTERS:
             data = self.health()
+        elif kind == RESET:
+            self.after(500 * MS, self.reset)
         elif kind == START and self.streaming:
             status = 3
         elif kind == START and not self.adc_present:
@@ -321,6 +325,28 @@ def test_other_questions(bench, protocol):
     exchange = bench.driver.board_time()
     assert exchange.sent_ns < exchange.received_ns
     assert exchange.board_sent - exchange.board_received == 100  # 50 us
+
+
+def test_a_lost_answer_to_reset_resets_once(bench):
+    bench.driver.connect()
+    bench.board.answer_losses = {RESET: 1}
+    bench.driver.reset()
+    assert bench.board.requests.count(RESET) == 1
+    assert bench.driver.counters().boot_count == 2
+
+
+def test_a_board_that_does_not_come_back(bench):
+    bench.driver.connect()
+    bench.board.deaf = True
+    with pytest.raises(BoardError, match="does not come back from a reset: switch its power off"):
+        bench.driver.reset()
+
+
+def test_an_eeprom_that_does_not_hold(bench, protocol):
+    bench.driver.connect()
+    bench.board.refuse_configuration = 7
+    with pytest.raises(BoardError, match="refuses 'configure': storage fault: its EEPROM is worn"):
+        bench.driver.configure(configuration_at(protocol.board, 50))
 
 
 # -- the account of scans

@@ -6,11 +6,13 @@ import itertools
 import math
 import statistics
 import sys
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from towtank_daq.board import AdcBoard
-from towtank_daq.configuration import configuration_at
+from towtank_daq.board import AdcBoard, BoardError
+from towtank_daq.configuration import Configuration, configuration_at
 
 ROOT = Path(__file__).parents[4]
 ELF = ROOT / "build" / "firmware" / "towtank_board.elf"
@@ -41,6 +43,10 @@ class VirtualLine:
     def __init__(self, vboard, board) -> None:
         self._vboard = vboard
         self.board = board
+        self.volts = VOLTS
+        self.crank_rad_per_s = 2 * math.pi * CRANK_REVOLUTIONS_PER_S
+        self.carriage_rad_per_s = 2 * math.pi * CARRIAGE_REVOLUTIONS_PER_S
+        self.scans = []
         self._fed_ns = 0
 
     def monotonic_ns(self) -> int:
@@ -58,6 +64,13 @@ class VirtualLine:
             self._feed()
             self.board.run_until(min(end_ns, self.board.now_ns + QUANTUM_NS))
 
+    def read_for(self, duration_ns: int) -> bytes:
+        """All that comes within this time."""
+        end_ns, data = self.board.now_ns + duration_ns, b""
+        while self.board.now_ns < end_ns:
+            data += self.read((end_ns - self.board.now_ns) / SECOND)
+        return data
+
     def _feed(self) -> None:
         while self._fed_ns < self.board.now_ns + 20 * MS:
             self._fed_ns += 5 * MS
@@ -65,9 +78,9 @@ class VirtualLine:
             self.board.push_bench(
                 self._vboard.BenchFrame(
                     self._fed_ns,
-                    VOLTS,
-                    2 * math.pi * CRANK_REVOLUTIONS_PER_S * turned_s,
-                    2 * math.pi * CARRIAGE_REVOLUTIONS_PER_S * turned_s,
+                    self.volts,
+                    self.crank_rad_per_s * turned_s,
+                    self.carriage_rad_per_s * turned_s,
                 )
             )
 
@@ -248,3 +261,236 @@ def test_silent_adc_is_named(vboard, protocol):
         board.set_faults(adc_silent=True)
         with pytest.raises(Exception, match="refuses 'start': adc fault"):
             Rig(vboard, board, protocol)
+
+
+# -- commands
+
+
+@pytest.fixture
+def open_driver(vboard, protocol):
+    """Starts virtual boards with a driver that has found them, still idle."""
+    with ExitStack() as stack:
+
+        def open_one(**options):
+            board = stack.enter_context(vboard.VirtualBoard(ELF, **{"seed": 21} | options))
+            line = VirtualLine(vboard, board)
+            driver = AdcBoard(line, protocol, line.scans.append, print, line.monotonic_ns)
+            line.read(0.05)
+            driver.connect()
+            return line, driver
+
+        yield open_one
+
+
+def test_the_configuration_outlives_power(open_driver, description, tmp_path):
+    """Also into another process's virtual board, through the EEPROM's file."""
+    eeprom = tmp_path / "eeprom"
+    wanted = Configuration(
+        rate_hz=50,
+        filter_type="sinc4",
+        filter_fs=9,
+        gains=(1, 2, 1, 1, 1, 1),
+        order=("excitation", "depressor_pressure", "accel_x"),
+    )
+    line, driver = open_driver(eeprom=eeprom)
+    origins = description.configuration_origin
+    assert driver.counters().configuration_origin == origins["default_empty"]
+    assert driver.configuration() == configuration_at(description, 100)
+    driver.configure(wanted)
+    assert driver.counters().configuration_origin == origins["stored"]
+    line.board.close()
+
+    _, driver = open_driver(eeprom=eeprom)
+    assert driver.counters().configuration_origin == origins["stored"]
+    assert driver.configuration() == wanted
+    assert eeprom.stat().st_size == 4096
+
+
+def test_scans_follow_the_configuration(open_driver, description):
+    """Order, filter and gain reach the codes: still the bench's volts, within 6 sigma, in the
+    channels chosen, and nothing in the others."""
+    line, driver = open_driver()
+    configuration = replace(
+        configuration_at(description, 50),
+        filter_type="sinc4",
+        gains=(2, 2, 1, 1, 1, 1),
+        order=("excitation", "depressor_pressure", "accel_x"),
+    )
+    driver.configure(configuration)
+    driver.start()
+    driver.poll(1.0)
+    driver.stop()
+    assert len(line.scans) >= 48
+    assert driver.statistics.scans_bad == 0
+    for scan in line.scans:
+        assert scan.valid_mask == 0b100110
+        assert (scan.codes[0], scan.codes[3], scan.codes[4]) == (0, 0, 0)
+    for index in (1, 2, 5):
+        channel = description.channels[index]
+        convert = description.adc_channel(channel.name, VOLTS[-1], configuration.gains[index]).volts
+        for scan in line.scans:
+            assert convert(scan.codes[index]) == pytest.approx(
+                VOLTS[index], abs=6 * channel.noise_volts / channel.gain
+            )
+
+
+def test_a_configuration_is_for_an_idle_board(open_driver, description):
+    _, driver = open_driver()
+    driver.configure(configuration_at(description, 100))
+    driver.start()
+    with pytest.raises(BoardError, match="refuses 'configure': not idle: another program"):
+        driver.configure(configuration_at(description, 50))
+    with pytest.raises(BoardError, match="refuses 'self_test': not idle"):
+        driver.self_test()
+    assert driver.configuration() == configuration_at(description, 100)
+
+
+@pytest.mark.parametrize("after_ms", [1, 2, 20, 45, 70, 80])
+def test_power_lost_while_the_configuration_is_written(
+    open_driver, description, protocol, vboard, tmp_path, after_ms
+):
+    """The old configuration or the new one, never another; and the next one is taken."""
+    old = configuration_at(description, 50)
+    # Other than what its slot held in all bytes but the version and the upper ones of two u16
+    new = Configuration(20, "sinc4", 7, (2,) * 6, tuple(reversed(old.order)))
+    line, driver = open_driver(eeprom=tmp_path / "eeprom")
+    driver.configure(old)
+    driver.configure(configuration_at(description, 100))
+    driver.configure(old)
+    line.board.write(protocol.request("configure", 77, **new.arguments(description)))
+    line.read_for(after_ms * MS)
+    line.board.reset(vboard.ResetCause.POWER_ON)
+    line.read_for(100 * MS)
+    driver.connect()
+    found = driver.configuration()
+    origin = protocol.configuration_origin(driver.counters().configuration_origin)
+    # The request takes 1 ms on the line; 17 or 18 bytes are written, 3.4 ms each
+    if after_ms == 1:
+        assert (found, origin) == (old, "stored")
+    elif after_ms < 17 * 3.4:
+        assert (found, origin) == (old, "stored_older")
+    else:
+        assert (found, origin) in [(old, "stored_older"), (new, "stored")]
+    driver.configure(new)
+    assert driver.configuration() == new
+
+
+def test_self_test_of_a_sound_board(open_driver, description):
+    """Offset and test voltage are exact in the model, up to the mean of 8 conversions' noise of
+    20 uV (7 uV, halved in the 20 mV by the gain of 32); REFIN1 is 10 V / 4; the deflections are
+    board.yaml's, less the 0.4 % that the pole holds back and 4 sigma of two means."""
+    _, driver = open_driver()
+    report = driver.self_test()
+    found = {check.name: check.value for check in report.checks}
+    assert report.passed, [str(check) for check in report.failures]
+    assert found["ADC offset, input shorted"] == pytest.approx(0.0, abs=4 * 7e-6)
+    assert found["ADC test voltage"] == pytest.approx(0.020, abs=1e-6)
+    assert found["ADC supply"] == pytest.approx(3.3, abs=1e-5)
+    assert found["reference REFIN1"] == pytest.approx(2.5, abs=1e-5)
+    for axis, volts in (("accel_x", 0.05), ("accel_y", 0.05), ("accel_z", 0.06)):
+        deflection = found[f"{axis} deflection by its self-test"]
+        assert deflection == pytest.approx(0.996 * volts, abs=4e-3 * volts + 40e-6)
+
+
+def test_scans_after_a_self_test_hold_nothing_of_it(open_driver, description):
+    line, driver = open_driver(noise_volts=0.0)
+    assert driver.self_test().passed
+    driver.configure(configuration_at(description, 100))
+    driver.start()
+    driver.poll(0.2)
+    convert = description.adc_channel("accel_x", VOLTS[-1]).volts
+    assert convert(line.scans[0].codes[2]) == pytest.approx(VOLTS[2], abs=1e-6)
+
+
+def test_self_test_finds_what_is_wrong(open_driver):
+    line, driver = open_driver(self_test_volts=(0, 0, 0, 0.05, 0.05, 0))
+    (failure,) = driver.self_test().failures
+    assert failure.name == "accel_x deflection by its self-test"
+    assert "check the accelerometer's supply" in str(failure)
+
+    line.volts = (*VOLTS[:5], 0.0)  # no excitation
+    line.read_for(400 * MS)
+    names = [check.name for check in driver.self_test().failures]
+    assert names == ["reference REFIN1", "accel_x deflection by its self-test"]
+
+    line.board.set_faults(adc_silent=True)
+    (failure,) = driver.self_test().failures
+    assert str(failure).startswith("ADC answers: 0 (1 to 1): check the ADC's 3.3 V supply")
+
+    line.board.set_faults(spi_error_one_in=10)
+    assert "SPI errors" in [check.name for check in driver.self_test().failures]
+
+
+@pytest.mark.parametrize("streaming", [False, True])
+def test_reset_by_command(open_driver, description, protocol, streaming):
+    line, driver = open_driver()
+    driver.configure(configuration_at(description, 50))
+    if streaming:
+        driver.start()
+        driver.poll(0.3)
+    driver.reset()
+    health = driver.counters()
+    assert protocol.reset_causes(health.reset_cause) == "command"
+    assert health.boot_count == 2
+    assert health.state == description.board_state["idle"]
+    assert driver.configuration().rate_hz == 50
+    driver.start()
+    driver.poll(0.3)
+    driver.stop()
+    assert driver.statistics.scans_lost == 0
+    assert line.board.counters()["resets"] == 1
+
+
+def test_counters_and_time_at_any_time(open_driver, description):
+    _, driver = open_driver()
+    driver.configure(configuration_at(description, 200))
+    driver.start()
+    driver.poll(1.0)
+    counters = driver.counters()
+    assert counters.state == description.board_state["streaming"]
+    assert counters.scans_scheduled in range(199, 204)
+    exchange = driver.board_time()
+    middle = (exchange.board_received + exchange.board_sent) // 2
+    assert driver.clock.host_ns(middle) == pytest.approx(
+        (exchange.sent_ns + exchange.received_ns) / 2, abs=1e6
+    )
+
+
+# -- load
+
+
+def test_200_scans_a_second_with_both_encoders_at_20_000_edges_a_second(
+    vboard, protocol, description
+):
+    """20 s: 4000 scans, 20 health frames, 60 sync exchanges, 800 000 edges: no scan is lost, cut
+    short or bad, no edge is lost, and each count is that of its instant."""
+    edges_per_s = 20_000
+    turn = 2 * math.pi * edges_per_s / COUNTS
+    with vboard.VirtualBoard(ELF, seed=31) as board:
+        line = VirtualLine(vboard, board)
+        line.crank_rad_per_s, line.carriage_rad_per_s = turn, -turn
+        driver = AdcBoard(line, protocol, line.scans.append, print, line.monotonic_ns)
+        line.read(0.05)
+        driver.connect()
+        driver.configure(configuration_at(description, 200))
+        driver.start()
+        driver.poll(20.0)
+        driver.stop()
+        health = driver.counters()
+        counted = driver.statistics
+        assert counted.scans_scheduled == pytest.approx(4000, abs=3)
+        assert (counted.scans_lost, counted.scans_bad, counted.restarts) == (0, 0, 0)
+        assert (counted.frames.bad, counted.unknown_frames, counted.sync_failures) == (0, 0, 0)
+        assert [scan.sequence for scan in line.scans] == list(range(len(line.scans)))
+        assert {scan.flags for scan in line.scans} == {0}
+        assert (health.missed_ticks, health.scan_overruns, health.dropped_frames) == (0, 0, 0)
+        assert (health.illegal_steps, health.rx_overflows) == (0, 0)
+        counters = board.counters()
+        assert min(counters["crank_edges"], counters["carriage_edges"]) > 20 * edges_per_s
+        first = line.scans[0]
+        for scan in line.scans:
+            # Ticks of 0.5 us: an edge each 100 of them; one count for where the first tick fell
+            # between two, one for an edge whose interrupt waits while the tick's runs
+            elapsed = (scan.ticks - first.ticks) / 100
+            assert scan.crank - first.crank == pytest.approx(elapsed, abs=2)
+            assert scan.carriage - first.carriage == pytest.approx(-elapsed, abs=2)

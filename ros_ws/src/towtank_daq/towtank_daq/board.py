@@ -42,11 +42,14 @@ from towtank_daq.protocol import (
     Response,
     Started,
 )
+from towtank_daq.self_test import SelfTest, judge
 
 CONNECT_TIMEOUT_S = 8.0
 _BOOTLOADER_S = 2.5  # opening a real port resets the board; its bootloader waits about this long
 _IDENTIFY_TIMEOUT_S = 0.3
 _ANSWER_TIMEOUT_S = 0.5
+_SELF_TEST_TIMEOUT_S = 1.0  # it takes 0.26 s
+_RESET_TIMEOUT_S = 4.0  # its watchdog's 0.5 s, and on a real port the bootloader
 _ATTEMPTS = 3
 _SYNC_TRIES = 3
 _SYNC_TIMEOUT_S = 0.05
@@ -226,6 +229,29 @@ class AdcBoard:
         """The board's counters as they stand now."""
         return self._command("counters")
 
+    def self_test(self) -> SelfTest:
+        """Let the idle board measure itself (0.3 s), and judge what it found."""
+        record = self._command("self_test", timeout_s=_SELF_TEST_TIMEOUT_S)
+        return judge(record, self._board)
+
+    def reset(self) -> None:
+        """Let the board reset itself and wait until it is up again; it is idle then.
+
+        A stream ends with it: its scans are those received so far.
+        """
+        self._streaming = False
+        self._down = ""
+        self._booted = False
+        for _ in range(_ATTEMPTS):
+            response = self._exchange("reset", _ANSWER_TIMEOUT_S)
+            if response is not None:
+                self._accepted(response)
+            # Also without an answer, which may have been lost: to ask again would reset it again
+            self._wait(self._now_ns() + round(1e9 * _RESET_TIMEOUT_S), lambda: self._booted)
+            if self._booted:
+                return
+        raise BoardError("the board does not come back from a reset: switch its power off and on")
+
     def board_time(self) -> SyncExchange:
         """One exchange of times with the board, which the clock does not learn from."""
         for _ in range(_ATTEMPTS):
@@ -278,10 +304,10 @@ class AdcBoard:
 
     # -- commands
 
-    def _command(self, name: str, **arguments: Any) -> Answer:
+    def _command(self, name: str, timeout_s: float = _ANSWER_TIMEOUT_S, **arguments: Any) -> Answer:
         """The board's answer to a request; every request may be repeated safely."""
         for _ in range(_ATTEMPTS):
-            response = self._exchange(name, _ANSWER_TIMEOUT_S, **arguments)
+            response = self._exchange(name, timeout_s, **arguments)
             if response is not None:
                 return self._accepted(response)
         raise BoardError(

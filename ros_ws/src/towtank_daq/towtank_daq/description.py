@@ -71,6 +71,22 @@ class _Input(BaseModel):
     noise_volts: float = Field(ge=0)
 
 
+class _SelfTestSlot(BaseModel):
+    name: str
+    setup: str
+
+
+class _Range(BaseModel):
+    minimum: float
+    maximum: float
+
+
+class _SelfTest(BaseModel):
+    slots: list[_SelfTestSlot]
+    accelerometer: list[str]
+    limits: dict[str, _Range]
+
+
 class _Wire(BaseModel):
     baud: int = Field(gt=0)
     maximum_payload: int = Field(gt=0, le=252)
@@ -97,6 +113,7 @@ class BoardDescription(BaseModel):
     sampling: _Sampling
     adc: _Adc
     channels: list[_Input] = Field(min_length=1, max_length=8)
+    self_test: _SelfTest
     wire: _Wire
     status: dict[str, int]
     board_state: dict[str, int]

@@ -116,6 +116,27 @@ class Stopped:
 
 
 @dataclass(frozen=True, slots=True)
+class SelfTestRecord:
+    """Answer to `self_test`: mean codes (see towtank_daq.self_test for what they mean)."""
+
+    adc_id: int
+    spi_errors: int
+    conversions_missing: int
+    short_code: int
+    short_spread: int
+    known_voltage_code: int
+    supply_code: int
+    supply_on_refin1_code: int
+    rest_codes: tuple[int, ...]
+    deflected_codes: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ResetTaken:
+    """Answer to `reset`: the board is about to reset itself."""
+
+
+@dataclass(frozen=True, slots=True)
 class BoardTime:
     """Answer to `sync`, unwrapped ticks."""
 
@@ -134,7 +155,17 @@ class Response:
 
 
 StreamRecord = DataRecord | HealthRecord | BootRecord
-Answer = Identity | Configured | ConfigurationRecord | Started | Stopped | BoardTime | HealthRecord
+Answer = (
+    Identity
+    | Configured
+    | ConfigurationRecord
+    | Started
+    | Stopped
+    | SelfTestRecord
+    | ResetTaken
+    | BoardTime
+    | HealthRecord
+)
 
 _STREAM_RECORDS: dict[str, type] = {
     "data": DataRecord,
@@ -149,6 +180,8 @@ _ANSWERS: dict[str, type] = {
     "sync": BoardTime,
     "counters": HealthRecord,
     "configuration": ConfigurationRecord,
+    "self_test": SelfTestRecord,
+    "reset": ResetTaken,
 }
 
 
