@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`towtank bench`: measured comparisons with other programs, in the source tree."""
+"""`towtank bench`: long runs, and measured comparisons with other programs, in the source tree."""
 
 from __future__ import annotations
 
@@ -15,28 +15,43 @@ from towtank_bringup.source_tree import source_tree
 
 @click.group(name="bench")
 def command() -> None:
-    """Measured comparisons with other programs (on first use they are installed into build/)."""
+    """Long runs, and comparisons with other programs (on first use installed into build/)."""
 
 
 @command.command()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def sim(as_json: bool) -> None:
     """Speed of the simulation core beside MoorDyn, CableDyn and a dense solver, on one core."""
-    run("sim.py", *(["--json"] if as_json else []))
+    run_with_peers("sim.py", *(["--json"] if as_json else []))
 
 
 @command.command()
 @click.option("--write", is_flag=True, help="Keep MoorDyn's results for sim_core's tests.")
 def agreement(write: bool) -> None:
     """Ten random two-part tows in the simulation core and in MoorDyn."""
-    run("agreement.py", *(["--write"] if write else []))
+    run_with_peers("agreement.py", *(["--write"] if write else []))
 
 
-def run(program: str, *arguments: str) -> None:
+@command.command()
+@click.option("--hours", type=click.FloatRange(min=0.005), default=2.0, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def soak(hours: float, as_json: bool) -> None:
+    """Hours of board time without the clock: firmware, virtual board and driver; every scan is
+    accounted for. From 1.8 hours on each counter and timer passes its end at least three times."""
+    source = source_tree("the benchmarks")
+    run(source, "soak.py", [], "--hours", str(hours), *(["--json"] if as_json else []))
+
+
+def run_with_peers(program: str, *arguments: str) -> None:
     """Runs a program of tests/benchmarks with the other simulators on its path."""
     source = source_tree("the benchmarks")
-    paths = [install_peers(source), source / "sim_core" / "tests", os.environ.get("PYTHONPATH")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(p) for p in paths if p)}
+    run(source, program, [install_peers(source), source / "sim_core" / "tests"], *arguments)
+
+
+def run(source: Path, program: str, paths: list[Path], *arguments: str) -> None:
+    """Runs a program of tests/benchmarks with these folders on its path."""
+    searched = [*paths, os.environ.get("PYTHONPATH")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(p) for p in searched if p)}
     status = subprocess.run(
         [sys.executable, source / "tests" / "benchmarks" / program, *arguments],
         env=environment,
