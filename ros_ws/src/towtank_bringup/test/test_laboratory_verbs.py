@@ -60,3 +60,87 @@ def test_files_of_another_kind_are_refused_in_one_line(verb):
     assert result.exit_code == 1
     (line,) = result.output.strip().splitlines()
     assert line.startswith(f"Error: {other}:") and "; " in line
+
+
+WHO = ("--rig", "nit_calicut_2012", "--by", "A. Tester", "--reference", "steel tape no. 7")
+
+
+@pytest.mark.parametrize(
+    ("procedure", "readings", "sensor"),
+    [
+        (["pressure", "fish_pressure"], "fish_pressure_readings.csv", "fish_pressure"),
+        (["accelerometer"], "accelerometer_readings.csv", "accelerometer"),
+        (["crank"], "crank_readings.csv", "crank"),
+    ],
+)
+def test_calibration_from_readings_becomes_part_of_a_new_rig(tmp_path, procedure, readings, sensor):
+    """What the examples' heads say they were made of, in the rig that refers to the record."""
+    new = tmp_path / "mine.yaml"
+    found = json_of(
+        "calibrate", *procedure, *WHO, "--readings", EXAMPLES / readings,
+        "--out", tmp_path / "calibrations", "--new-rig", new,
+    )  # fmt: skip
+    calibration = getattr(load_rig(new).calibrations, sensor)
+    assert calibration.id == found["id"]
+    assert (tmp_path / "calibrations" / f"{found['id']}.yaml").is_file()
+    assert Path(found["plot"]).read_text().startswith("<?xml")
+    intervals = {f["name"]: f for f in found["findings"]}
+    made_of = {
+        "fish_pressure": {"span": 39.62e-3, "offset": 0.21e-3},
+        "accelerometer": {"x: sensitivity": 66.8e-3, "y: zero": 1.641, "z: zero": 1.655},
+        "crank": {"counts per turn": -4096.0, "angle at mark 0": 0.05236, "crank radius": 0.06},
+    }[sensor]
+    for name, truth in made_of.items():
+        assert abs(intervals[name]["value"] - truth) <= intervals[name]["u95"], name
+
+
+def test_second_calibration_of_a_rig_tells_its_drift(tmp_path):
+    first = tmp_path / "first.yaml"
+    common = ["calibrate", "pressure", "fish_pressure", "--by", "A", "--reference", "tape"]
+    readings = EXAMPLES / "fish_pressure_readings.csv"
+    json_of(*common, "--rig", "nit_calicut_2012", "--readings", readings,
+            "--out", tmp_path / "a", "--new-rig", first)  # fmt: skip
+    again = json_of(*common, "--rig", first, "--readings", readings, "--out", tmp_path / "b")
+    assert again["drift"]["against"].startswith("fish_pressure-20")
+    assert again["drift"]["normalised"] == pytest.approx(0.0, abs=1e-9)
+    drifted = tmp_path / "drifted.csv"
+    lines = ["depth_m,volts"]
+    lines += [f"{d},{2e-4 + 0.0400 * d * 9747.8 / 5e4}" for d in (0, 0.5, 1, 1.5, 2, 1, 0)]
+    drifted.write_text("\n".join(lines))
+    later = json_of(*common, "--rig", first, "--readings", drifted, "--out", tmp_path / "c")
+    assert later["drift"]["span_relative"] == pytest.approx(0.0400 / 0.039626 - 1, abs=1e-4)
+    assert later["drift"]["normalised"] > 1.0 and "find out why" in later["notes"][0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("depth_m,mV\n0,1\n", "no column volts"),
+        ("depth_m,volts\n0,x\n", ":2: volts is 'x': write a number"),
+        ("depth_m,volts\n0\n", ":2: 1 values for 2 columns"),
+        ("# nothing\n", "there are no readings"),
+        ("depth_m,volts\n0,0\n1,1\n", "2 immersions at 2 depths"),
+    ],
+)
+def test_readings_that_do_not_serve_are_refused_in_one_line(tmp_path, text, words):
+    path = tmp_path / "readings.csv"
+    path.write_text(text)
+    result = run(
+        "calibrate", "pressure", "fish_pressure", *WHO, "--readings", path, "--out", tmp_path / "o"
+    )
+    assert result.exit_code == 1
+    (line,) = result.output.strip().splitlines()
+    assert words in line
+    assert not (tmp_path / "o").exists()
+
+
+def test_one_source_of_readings_is_wanted(tmp_path):
+    assert "give one of --port, --virtual" in run("calibrate", "crank", *WHO).output
+    missing = run("calibrate", "crank", *WHO, "--port", tmp_path / "ttyACM9")
+    assert missing.exit_code == 1 and "does not exist" in missing.output
+
+
+def test_rig_check_tells_of_calibrations():
+    found = json_of("rig", "check", "nit_calicut_2012")
+    told = [w for w in found["warnings"] if w.startswith("calibrations.")]
+    assert len(told) == 4 and all("towtank calibrate" in line for line in told)

@@ -142,30 +142,35 @@ def measurement(settings: TrialSettings) -> Graph:
     )
 
 
+def virtual_board(tank: VirtualTankSettings) -> Program:
+    """The real firmware on a virtual board, which waits for a bench on its socket."""
+    return Program(
+        "virtual_board",
+        (
+            str(tank.firmware / VIRTUAL_BOARD),
+            "--elf",
+            str(tank.firmware / FIRMWARE_IMAGE),
+            "--pty-link",
+            str(tank.port),
+            "--bench-socket",
+            str(tank.bench_socket),
+            "--crank-cpr",
+            str(tank.crank_cpr),
+            "--carriage-cpr",
+            str(tank.carriage_cpr),
+            "--seed",
+            str(tank.seed),
+            "--noise",
+            ",".join(f"{volts:.3g}" for volts in tank.conversion_noise),
+        ),
+        "ready",
+    )
+
+
 def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
     """Virtual board, plant simulator and virtual bench: what the real tank and board do else."""
     return (
-        Program(
-            "virtual_board",
-            (
-                str(tank.firmware / VIRTUAL_BOARD),
-                "--elf",
-                str(tank.firmware / FIRMWARE_IMAGE),
-                "--pty-link",
-                str(tank.port),
-                "--bench-socket",
-                str(tank.bench_socket),
-                "--crank-cpr",
-                str(tank.crank_cpr),
-                "--carriage-cpr",
-                str(tank.carriage_cpr),
-                "--seed",
-                str(tank.seed),
-                "--noise",
-                ",".join(f"{volts:.3g}" for volts in tank.conversion_noise),
-            ),
-            "ready",
-        ),
+        virtual_board(tank),
         RosNode(
             "towtank_sim",
             "plant",

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from towtank_daq.description import installed_description, load_description
 from towtank_rig import Rig, load_rig
+from towtank_rig.conversion import crank_encoder
 
 from towtank_bringup.graph import (
     FIRMWARE_IMAGE,
@@ -122,9 +123,9 @@ def plan_trial(
         load_rig(plant_rig_file)
         tank = VirtualTankSettings(
             plant_rig=plant_rig_file,
-            firmware=_firmware_folder(),
+            firmware=firmware_folder(),
             runtime=runtime,
-            crank_cpr=loaded.sensors.crank_encoder.counts_per_revolution,
+            crank_cpr=crank_encoder(loaded).counts_per_revolution,
             carriage_cpr=loaded.sensors.carriage_encoder.counts_per_revolution,
             conversion_noise=conversion_noise(loaded) if noise == "rig" else (0.0,),
             noise=noise,
@@ -150,7 +151,8 @@ def conversion_noise(rig: Rig) -> tuple[float, ...]:
     )
 
 
-def _firmware_folder() -> Path:
+def firmware_folder() -> Path:
+    """Where the virtual board and its firmware are; PlanError if they are not built."""
     mend = (
         "start through ./towtank, or run `make -C firmware` and set TOWTANK_FIRMWARE to "
         "build/firmware"

@@ -75,10 +75,12 @@ class Encoder:
     """One shaft: counts to position and velocity.
 
     step: position per count, with the sign of the encoder's direction (rad or m per count).
+    start: position at the origin (rad or m).
     """
 
-    def __init__(self, step: float, window_s: float = WINDOW_S) -> None:
+    def __init__(self, step: float, window_s: float = WINDOW_S, start: float = 0.0) -> None:
         self._step = step
+        self._start = start
         self._origin: int | None = None
         self._velocity = VelocityFilter(window_s)
 
@@ -88,8 +90,8 @@ class Encoder:
         self._velocity.reset()
 
     def update(self, stamp_ns: int, count: int) -> tuple[float, float]:
-        """Position since the origin and velocity; the first count is the origin."""
+        """Position and velocity; the first count is the origin."""
         if self._origin is None:
             self._origin = count
-        position = self._step * (count - self._origin)
+        position = self._start + self._step * (count - self._origin)
         return position, self._velocity.update(stamp_ns, position)

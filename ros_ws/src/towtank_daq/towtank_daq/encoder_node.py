@@ -14,7 +14,7 @@ from towtank_node.parameters import Parameter
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig import RigError
-from towtank_rig.conversion import carriage_encoder, crank_encoder
+from towtank_rig.conversion import carriage_encoder, crank_encoder, crank_zero
 
 from towtank_daq.description import DescriptionError
 from towtank_daq.encoder import WINDOW_S, Encoder
@@ -38,7 +38,7 @@ class EncoderNode(ScanNode):
     def __init__(self) -> None:
         super().__init__("encoder", _PARAMETERS)
         window_s = self.parameters.velocity_window_s
-        self._crank = Encoder(crank_encoder(self.rig).per_count, window_s)
+        self._crank = Encoder(crank_encoder(self.rig).per_count, window_s, crank_zero(self.rig))
         self._carriage = Encoder(carriage_encoder(self.rig).per_count, window_s)
         self._ready = False
         self._joints = JointState()

@@ -104,11 +104,12 @@ def test_what_is_missing_or_out_of_date_is_told(rig_file):
     assert [line.partition(":")[0] for line in on_the_day] == [
         "calibrations.depressor_pressure",
         "calibrations.accelerometer",
-    ]  # both assumed: no record
+        "calibrations.crank",
+    ]  # the first two are assumed and have no record, the last is not there
     after = calibration_warnings(rig, datetime.date(2027, 5, 25))
     assert after[0].startswith(f"calibrations.fish_pressure: {ID} was due on 2027-05-24")
     bare = calibration_warnings(rig.replace({"calibrations": {}}), datetime.date(2027, 1, 1))
-    assert len(bare) == 3 and all("there is none" in line for line in bare)
+    assert len(bare) == 4 and all("there is none" in line for line in bare)
 
 
 def test_a_record_is_read_whole():

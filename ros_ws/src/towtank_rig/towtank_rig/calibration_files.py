@@ -27,7 +27,7 @@ from towtank_rig.errors import RigError
 from towtank_rig.instruments import Calibrations
 from towtank_rig.quantity import Section
 
-SensorName = Literal["fish_pressure", "depressor_pressure", "accelerometer"]
+SensorName = Literal["fish_pressure", "depressor_pressure", "accelerometer", "crank"]
 Value = float | int | str | None
 
 

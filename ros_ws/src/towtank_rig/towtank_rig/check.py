@@ -52,6 +52,7 @@ _PROCEDURES = {
     "fish_pressure": "pressure",
     "depressor_pressure": "pressure",
     "accelerometer": "accelerometer",
+    "crank": "crank",
 }
 
 

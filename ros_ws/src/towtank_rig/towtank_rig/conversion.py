@@ -244,9 +244,15 @@ class EncoderConversion:
 
 def crank_encoder(rig: Rig) -> EncoderConversion:
     """Return the conversion of the crank's encoder, counts → rad."""
-    encoder = rig.sensors.crank_encoder
+    encoder = rig.calibrations.crank or rig.sensors.crank_encoder
     per_count = encoder.direction * 2.0 * math.pi / encoder.counts_per_revolution
     return EncoderConversion(per_count, encoder.counts_per_revolution)
+
+
+def crank_zero(rig: Rig) -> float:
+    """Return the crank's angle in rad, by the motion law, where it stands when it is zeroed."""
+    calibration = rig.calibrations.crank
+    return calibration.zero_angle.value if calibration else 0.0
 
 
 def carriage_encoder(rig: Rig) -> EncoderConversion:

@@ -191,9 +191,23 @@ class AccelerometerCalibration(Calibration):
     alignment_error: AngleLimit
 
 
+class CrankCalibration(Calibration):
+    """Marks of the crank's disc; takes the place of the encoder's counts and direction.
+
+    ``zero_angle`` is the crank's angle, by the motion law, at the mark where it stands when it is
+    zeroed.
+    """
+
+    counts_per_revolution: int = Field(ge=4)
+    direction: Literal[1, -1]
+    zero_angle: Angle
+    zero_angle_error: AngleLimit
+
+
 class Calibrations(Section):
     """Calibrations in force; a sensor without one keeps the data sheet's figures."""
 
     fish_pressure: PressureCalibration | None = None
     depressor_pressure: PressureCalibration | None = None
     accelerometer: AccelerometerCalibration | None = None
+    crank: CrankCalibration | None = None

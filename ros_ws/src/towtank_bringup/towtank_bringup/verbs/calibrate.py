@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`towtank calibrate`: sensors against known depths, attitudes and angles."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+from towtank_daq.board import BoardError
+from towtank_daq.description import installed_description, load_description
+from towtank_daq.serial_port import SerialPort
+from towtank_lab import procedures
+from towtank_lab.board_readings import BoardReadings
+from towtank_lab.calibration_record import (
+    Circumstances,
+    make_record,
+    write_record,
+    write_referring_rig,
+)
+from towtank_lab.errors import ProcedureError
+from towtank_lab.guide import Station, Terminal, accelerometer_rows, crank_rows, pressure_rows
+from towtank_lab.procedures import Evaluation, Row
+from towtank_lab.readings_file import read_rows
+from towtank_rig import Rig, RigError, load_rig
+from towtank_rig.calibration_files import BoardIdentity, CalibrationFile
+
+from towtank_bringup.plan import PlanError, conversion_noise
+from towtank_bringup.processes import ProcessError
+from towtank_bringup.progress import ProgressLine
+from towtank_bringup.rigs import rig_path
+from towtank_bringup.virtual_station import virtual_station
+
+_OPTIONS = (
+    click.option("--rig", "rig_name", required=True, help="Rig file, or name of a shipped one."),
+    click.option("--port", type=click.Path(path_type=Path), help="Serial port of the ADC board."),
+    click.option("--virtual", type=int, metavar="SEED", help="Virtual board and sensors instead."),
+    click.option(
+        "--readings", type=click.Path(path_type=Path), help="CSV with readings already taken."
+    ),
+    click.option("--by", required=True, help="Who calibrates."),
+    click.option("--reference", required=True, help="Reference instrument and its certificate."),
+    click.option(
+        "--valid-days", type=click.IntRange(min=1), default=180, help="Due after so many (180)."
+    ),
+    click.option("--seconds", type=click.FloatRange(min=1.0), default=5.0, help="A reading (5)."),
+    click.option(
+        "--out",
+        type=click.Path(path_type=Path),
+        help="Folder for the record (default: calibrations/ beside the rig file).",
+    ),
+    click.option(
+        "--new-rig",
+        type=click.Path(path_type=Path),
+        help="Also write a copy of the rig file that refers to the record.",
+    ),
+    click.option("--json", "as_json", is_flag=True, help="Print JSON."),
+)
+
+
+def _common(function: Callable[..., None]) -> Callable[..., None]:
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+@dataclass(frozen=True)
+class _Wishes:
+    """The common options."""
+
+    rig_name: str
+    port: Path | None
+    virtual: int | None
+    readings: Path | None
+    by: str
+    reference: str
+    valid_days: int
+    seconds: float
+    out: Path | None
+    new_rig: Path | None
+    as_json: bool
+
+    def __post_init__(self) -> None:
+        given = sum(x is not None for x in (self.port, self.virtual, self.readings))
+        if given != 1:
+            raise click.UsageError("give one of --port, --virtual and --readings")
+
+
+@click.group(name="calibrate")
+def command() -> None:
+    """Calibrate a sensor: guided at the board, or from readings already taken.
+
+    The result is a new dated file with all readings; nothing is edited.
+    """
+
+
+@command.command()
+@click.argument("sensor", type=click.Choice(["fish_pressure", "depressor_pressure"]))
+@click.option(
+    "--depths",
+    default="0,0.5,1,1.5,2,1.5,1,0.5,0",
+    help="Depths of the guided immersions, m, in their order (0,0.5,1,1.5,2 and back).",
+)
+@click.option("--tape-limit", default=5e-4, help="Limit of the tape's relative error (0.0005).")
+@click.option("--zero-limit", default=2e-3, help="Limit of the tape's zero at the port, m (0.002).")
+@_common
+def pressure(
+    sensor: str, depths: str, tape_limit: float, zero_limit: float, **options: Any
+) -> None:
+    """Immerse SENSOR to known depths, going down and coming up again."""
+    steps = _numbers(depths, "--depths")
+    _run(
+        _Wishes(**options),
+        procedures.PRESSURE_COLUMNS,
+        lambda rig, seconds, desk, at: pressure_rows(rig, sensor, steps, seconds, desk, at),
+        lambda rig, rows: procedures.evaluate_pressure(
+            rig, sensor, rows, tape_limit=tape_limit, zero_limit=zero_limit
+        ),
+    )
+
+
+@command.command()
+@click.option("--level-limit", default=0.3, help="Limit of the table's inclination, degrees (0.3).")
+@_common
+def accelerometer(level_limit: float, **options: Any) -> None:
+    """Lay the fish on its six sides on a levelled table, or read a tilt table (--readings)."""
+    _run(
+        _Wishes(**options),
+        procedures.ACCELEROMETER_COLUMNS,
+        accelerometer_rows,
+        lambda rig, rows: procedures.evaluate_accelerometer(
+            rig, rows, level_limit=math.radians(level_limit)
+        ),
+    )
+
+
+@command.command()
+@click.option(
+    "--angles",
+    default="0,90,180,270,360,450,540,630,720",
+    help="Angles of the marks, degrees, in their order (0, 90 ... 720).",
+)
+@click.option("--heights", is_flag=True, help="Ask for the tow point's height at each mark, too.")
+@click.option("--mark-limit", default=0.5, help="Limit of mark 0's place, degrees (0.5).")
+@_common
+def crank(angles: str, heights: bool, mark_limit: float, **options: Any) -> None:
+    """Turn the crank to known marks: counts per turn, direction, zero."""
+    steps = _numbers(angles, "--angles")
+    _run(
+        _Wishes(**options),
+        procedures.CRANK_COLUMNS,
+        lambda rig, seconds, desk, at: crank_rows(steps, heights, seconds, desk, at),
+        lambda rig, rows: procedures.evaluate_crank(rig, rows, mark_limit=math.radians(mark_limit)),
+    )
+
+
+_Guide = Callable[[Rig, float, Terminal, Station], list[Row]]
+_Evaluate = Callable[[Rig, Sequence[Row]], Evaluation]
+
+
+def _run(wishes: _Wishes, columns: Sequence[str], guide: _Guide, evaluate: _Evaluate) -> None:
+    """Take or read the rows, evaluate them, write and tell what was found."""
+    try:
+        rig_file = rig_path(wishes.rig_name)
+        rig = load_rig(rig_file)
+        rows, board, conditions = _rows(wishes, rig, rig_file, columns, guide)
+        evaluation = evaluate(rig, rows)
+        record = make_record(
+            rig,
+            evaluation,
+            rows,
+            Circumstances(
+                datetime.datetime.now(datetime.UTC),
+                wishes.by,
+                wishes.reference,
+                datetime.timedelta(days=wishes.valid_days),
+                board,
+                conditions,
+            ),
+        )
+        folder = wishes.out or rig_file.parent / "calibrations"
+        path, plot = write_record(record, evaluation.residuals, folder)
+        if wishes.new_rig:
+            write_referring_rig(rig_file, record, path, wishes.new_rig)
+    except (ProcedureError, RigError, PlanError, ProcessError, BoardError, OSError) as error:
+        raise click.ClickException(str(error)) from error
+    if wishes.as_json:
+        click.echo(json.dumps(_as_json(record, evaluation, path, plot), indent=2))
+    else:
+        _print(record, evaluation, path, plot, wishes.new_rig)
+
+
+def _rows(
+    wishes: _Wishes, rig: Rig, rig_file: Path, columns: Sequence[str], guide: _Guide
+) -> tuple[list[Row], BoardIdentity | None, Mapping[str, float | str]]:
+    if wishes.readings is not None:
+        rows = read_rows(wishes.readings, columns)
+        return rows, None, {"readings_file": wishes.readings.name}
+    progress = ProgressLine()
+    with _station(wishes, rig, rig_file) as (port, move):
+        description = load_description(installed_description())
+        line = SerialPort(str(port), description.wire.baud)
+        try:
+            board = BoardReadings(line, rig, description, progress)
+            noise = {
+                channel.name: volts / channel.gain
+                for channel, volts in zip(description.channels, conversion_noise(rig), strict=True)
+            }
+            desk = Terminal(_ask, lambda text: click.echo(text, err=True), progress)
+            rows = guide(rig, wishes.seconds, desk, Station(move, board.take, noise))
+        finally:
+            line.close()
+    virtual = {"virtual_board_seed": wishes.virtual} if wishes.virtual is not None else {}
+    return rows, board.identity, virtual
+
+
+@contextlib.contextmanager
+def _station(
+    wishes: _Wishes, rig: Rig, rig_file: Path
+) -> Iterator[tuple[Path, Callable[[Mapping[str, float]], None]]]:
+    """The board's port, and what moves the sensors: somebody's hands, or the virtual bench."""
+    if wishes.port is not None:
+        yield wishes.port, lambda step: None
+        return
+    assert wishes.virtual is not None
+    with virtual_station(rig, rig_file, wishes.virtual) as (port, sensors):
+        yield port, sensors.move
+
+
+def _ask(question: str) -> str:
+    return click.prompt(question, default="", show_default=False, err=True)
+
+
+def _numbers(text: str, option: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise click.UsageError(f"{option} {text!r}: give numbers with commas between") from None
+
+
+def _as_json(
+    record: CalibrationFile, evaluation: Evaluation, path: Path, plot: Path
+) -> dict[str, Any]:
+    return {
+        "id": record.id,
+        "record": str(path),
+        "plot": str(plot),
+        "due": record.due.isoformat(),
+        "findings": [asdict(finding) for finding in evaluation.findings],
+        "calibration": evaluation.section,
+        "drift": evaluation.drift,
+        "notes": list(evaluation.notes),
+    }
+
+
+def _print(
+    record: CalibrationFile,
+    evaluation: Evaluation,
+    path: Path,
+    plot: Path,
+    new_rig: Path | None,
+) -> None:
+    console = Console(highlight=False)
+    table = Table(record.id, "found", "± 95 %", "unit")
+    for finding in evaluation.findings:
+        interval = "" if finding.u95 is None else f"{finding.u95:.2g}"
+        unit = "" if finding.unit == "1" else finding.unit
+        table.add_row(finding.name, f"{finding.value:.6g}", interval, unit)
+    console.print(table)
+    for note in evaluation.notes:
+        click.echo(f"note: {note}")
+    click.echo(f"{path}: written, due {record.due}; residuals in {plot.name}")
+    if new_rig:
+        click.echo(f"{new_rig}: a copy of the rig that refers to it")
+    else:
+        click.echo(f"in the rig, under calibrations: {record.sensor}: {{file: …, id: {record.id}}}")

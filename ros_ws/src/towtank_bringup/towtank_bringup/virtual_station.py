@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The virtual board as a calibration's station: no hardware, the real firmware, in real time."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from towtank_lab.virtual_sensors import VirtualSensors
+from towtank_rig import Rig, sensor_errors
+from towtank_rig.conversion import crank_encoder
+from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_sim.bench_socket import BenchSocket, BenchSocketError
+
+from towtank_bringup.graph import VirtualTankSettings, virtual_board
+from towtank_bringup.plan import conversion_noise, firmware_folder
+from towtank_bringup.processes import ProcessGroup
+
+_FRAME_S = 0.01
+_LEAD_NS = 50_000_000
+
+
+@contextlib.contextmanager
+def virtual_station(rig: Rig, rig_file: Path, seed: int) -> Iterator[tuple[Path, VirtualSensors]]:
+    """Run a virtual board; yields its port and its sensors, whose errors are drawn by the seed.
+
+    Raises PlanError if the board is not built, ProcessError or BenchSocketError if it fails.
+    """
+    layout = BenchFrameLayout()
+    sensors = VirtualSensors(rig, sensor_errors.draw(rig, seed), layout.channels)
+    with tempfile.TemporaryDirectory(prefix="towtank-") as folder:
+        settings = VirtualTankSettings(
+            plant_rig=rig_file,
+            firmware=firmware_folder(),
+            runtime=Path(folder),
+            crank_cpr=crank_encoder(rig).counts_per_revolution,
+            carriage_cpr=rig.sensors.carriage_encoder.counts_per_revolution,
+            conversion_noise=conversion_noise(rig),
+            seed=seed,
+        )
+        processes = ProcessGroup(Path(folder) / "logs")
+        try:
+            processes.start((virtual_board(settings),), processes.check)
+            with BenchSocket(str(settings.bench_socket)) as socket, _fed(socket, layout, sensors):
+                yield settings.port, sensors
+        finally:
+            processes.stop()
+
+
+@contextlib.contextmanager
+def _fed(socket: BenchSocket, layout: BenchFrameLayout, sensors: VirtualSensors) -> Iterator[None]:
+    """Send the terminals' state to the board as long as the context lasts."""
+    ending = threading.Event()
+
+    def feed() -> None:
+        number = 0
+        while not ending.wait(_FRAME_S):
+            frame = layout.pack(
+                number,
+                time.monotonic_ns() + _LEAD_NS,
+                sensors.terminal_volts(),
+                sensors.crank_shaft(),
+                0.0,
+            )
+            try:
+                socket.send(frame)
+            except BenchSocketError:
+                return  # the board is gone: the driver tells it
+            number += 1
+
+    thread = threading.Thread(target=feed, name="bench", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ending.set()
+        thread.join()

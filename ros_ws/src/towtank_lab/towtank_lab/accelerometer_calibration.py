@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of the accelerometer by gravity in known attitudes: six positions or a tilt table.
+
+At rest the specific force in fish axes is f = g (−sin θ, cos θ sin φ, cos θ cos φ) at pitch θ and
+roll φ (REP-103). The volts of the three axes are v = b + A f; least squares over all positions
+gives the zeros b and the matrix A, three rows of an offset and three slopes each. Row k of A has
+the length s_k, the axis's sensitivity, and the direction in which that axis really points:
+A = diag(s) (I + E) Mᵀ with M the rig's mounting (sensor to fish axes). The antisymmetric part of E
+is a small rotation of the whole sensor, the symmetric part couples its axes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from towtank_rig import Rig
+from towtank_rig.conversion import accelerometer_conversion, mounting_rotation, rotation
+
+from towtank_lab.errors import ProcedureError
+from towtank_lab.least_squares import Fit, combined, fit
+from towtank_lab.pressure_calibration import _relative
+from towtank_lab.propagation import Estimate, coverage_factor
+
+SIX_POSITIONS: dict[str, tuple[float, float]] = {
+    "z up (upright)": (0.0, 0.0),
+    "z down (keel up)": (180.0, 0.0),
+    "x up (bow up)": (0.0, -90.0),
+    "x down (bow down)": (0.0, 90.0),
+    "y up (port side up)": (90.0, 0.0),
+    "y down (port side down)": (-90.0, 0.0),
+}
+"""Roll and pitch in degrees of the positions that need no tilt table."""
+
+
+@dataclass(frozen=True)
+class Position:
+    """Attitude of the fish, rad (REP-103), and the mean volts of x, y and z in it."""
+
+    roll: float
+    pitch: float
+    volts: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class AccelerometerResult:
+    """What the positions tell.
+
+    Attributes:
+        zero_g: V of each axis, type A and B.
+        sensitivity: V/(m/s²) of each axis, type A and B.
+        misalignment: E, shape (3, 3), rad; the diagonal is zero.
+        alignment_error: Half the 95 % interval of each entry of E, rad, the greatest.
+        fits: Least squares of each axis: offset and three slopes in fish axes.
+    """
+
+    zero_g: tuple[Estimate, ...]
+    sensitivity: tuple[Estimate, ...]
+    misalignment: np.ndarray
+    alignment_error: float
+    fits: tuple[Fit, ...]
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """Return the small rotation vector of the sensor against the rig's mounting, rad, (3,)."""
+        e = (self.misalignment - self.misalignment.T) / 2.0
+        return np.array([e[1, 2], e[2, 0], e[0, 1]])
+
+    @property
+    def coupling(self) -> np.ndarray:
+        """Return how much each axis sees of the others, shape (3, 3), symmetric."""
+        return (self.misalignment + self.misalignment.T) / 2.0
+
+    @property
+    def sensitivity_error(self) -> float:
+        """Return half the 95 % interval of the sensitivities, relative, the greatest."""
+        return max(estimate.u95 / estimate.value for estimate in self.sensitivity)
+
+    @property
+    def zero_g_error(self) -> float:
+        """Return half the 95 % interval of the zeros, V, the greatest."""
+        return max(estimate.u95 for estimate in self.zero_g)
+
+
+def calibrate_accelerometer(
+    rig: Rig, positions: Sequence[Position], *, level_limit: float
+) -> AccelerometerResult:
+    """Return zeros, sensitivities and misalignment.
+
+    Args:
+        rig: For gravity and the sensor's mounting.
+        positions: At least six that point all ways.
+        level_limit: Limit of the table's inclination, rad, common to all positions.
+
+    Raises:
+        ProcedureError: positions that do not tell the axes apart.
+    """
+    if len(positions) < 6:
+        raise ProcedureError(f"{len(positions)} positions: take all six, or more on a tilt table")
+    gravity = rig.water.gravity.value
+    force = np.array([specific_force(p.roll, p.pitch, gravity) for p in positions])
+    volts = np.array([position.volts for position in positions])
+    design = np.column_stack((np.ones(len(positions)), force))
+    fits = tuple(fit(design, volts[:, axis]) for axis in range(3))
+    matrix = np.array([axis.coefficients[1:] for axis in fits])
+    lengths = np.linalg.norm(matrix, axis=1)
+    in_sensor = matrix / lengths[:, None] @ mounting_rotation(rig.sensors.accelerometer.mounting)
+    for name, along in zip("xyz", np.diag(in_sensor), strict=True):
+        if along < math.cos(math.radians(30.0)):
+            raise ProcedureError(
+                f"axis {name} does not point where the rig's mounting says: check the channels' "
+                "order, the mounting, and the order of the positions"
+            )
+    zeros, sensitivities = [], []
+    for axis, length in zip(fits, lengths, strict=True):
+        # A table out of level by δ shows as s g δ on an axis across gravity
+        zeros.append(combined(axis.estimate(0), length * gravity * level_limit))
+        direction = axis.coefficients[1:] / length
+        variance = float(direction @ axis.covariance[1:, 1:] @ direction)
+        slope = Estimate(float(length), math.sqrt(variance), float(axis.freedom))
+        sensitivities.append(combined(slope, length * _relative(rig.water.gravity)))
+    return AccelerometerResult(
+        tuple(zeros),
+        tuple(sensitivities),
+        in_sensor - np.diag(np.diag(in_sensor)),
+        _alignment_error(fits, lengths, level_limit),
+        fits,
+    )
+
+
+def specific_force(roll: float, pitch: float, gravity: float) -> np.ndarray:
+    """Return what an accelerometer at rest feels in fish axes, m/s², shape (3,); angles in rad."""
+    return rotation(roll, pitch, 0.0).T @ np.array([0.0, 0.0, gravity])
+
+
+def section(result: AccelerometerResult, count: int) -> dict[str, object]:
+    """Return the rig's section for this calibration, but for what every calibration says."""
+    source = f"least squares through {count} positions"
+
+    def measured(value: float, unit: str) -> dict[str, object]:
+        return {"value": f"{value!r} {unit}", "basis": "measured", "source": source}
+
+    def interval(value: float, unit: str) -> dict[str, object]:
+        written = value if unit == "1" else f"{value!r} {unit}"
+        return {
+            "value": written,
+            "basis": "measured",
+            "distribution": "normal",
+            "source": f"{source}; level of the table, gravity",
+        }
+
+    axes: dict[str, object] = {
+        name: {
+            "zero_g": measured(zero.value, "V"),
+            "sensitivity": measured(sensitivity.value, "V/(m/s^2)"),
+        }
+        for name, zero, sensitivity in zip("xyz", result.zero_g, result.sensitivity, strict=True)
+    }
+    # What the rig's mounting does not say of the sensor's axes stays as an error of alignment
+    left = float(np.abs(result.misalignment).max())
+    return {
+        **axes,
+        "sensitivity_error": interval(result.sensitivity_error, "1"),
+        "zero_g_error": interval(result.zero_g_error, "V"),
+        "alignment_error": interval(result.alignment_error + left, "rad"),
+    }
+
+
+def drift(rig: Rig, result: AccelerometerResult) -> dict[str, object] | None:
+    """Return what changed against the calibration in force; None if there is none.
+
+    ``normalised`` is the greatest difference of a sensitivity or a zero over the root of the sum of
+    both 95 % intervals' squares (E_n): within ±1 the two agree.
+    """
+    before = rig.calibrations.accelerometer
+    if before is None:
+        return None
+    old = accelerometer_conversion(rig)
+    slopes = np.array([e.value for e in result.sensitivity]) / old.sensitivity - 1.0
+    zeros = np.array([e.value for e in result.zero_g]) - old.zero_g
+    k = coverage_factor(math.inf)
+    slope_u95 = math.hypot(
+        k * before.sensitivity_error.standard_uncertainty, result.sensitivity_error
+    )
+    zero_u95 = math.hypot(k * before.zero_g_error.standard_uncertainty, result.zero_g_error)
+    return {
+        "against": before.id,
+        "sensitivity_relative": slopes.tolist(),
+        "zero_g_V": zeros.tolist(),
+        "normalised": float(max(np.abs(slopes).max() / slope_u95, np.abs(zeros).max() / zero_u95)),
+    }
+
+
+def _alignment_error(fits: Sequence[Fit], lengths: np.ndarray, level_limit: float) -> float:
+    """Half the 95 % interval of the directions' components, the greatest, rad."""
+    across = [
+        Estimate(0.0, float(np.sqrt(axis.covariance[i, i])) / length, float(axis.freedom))
+        for axis, length in zip(fits, lengths, strict=True)
+        for i in (1, 2, 3)
+    ]
+    return max(combined(estimate, level_limit).u95 for estimate in across)
