@@ -172,14 +172,13 @@ class Judge:
         self._volts = [channel.volts for channel in channels]
         self._sigma = [c.noise_volts / c.gain for c in board.channels]
         self._slack = [1.5 + STAMP_S * AMPLITUDE[axis] / QUARTER_S[axis] for axis in (0, 1)]
-        self._rise = [1] * 2
         self._ends = [0, 0]
-        self._last: Scan | None = None
+        self.last: Scan | None = None
         self._first_ticks = 0
         self.period_ticks = 0
 
     def __call__(self, scan: Scan) -> None:
-        account, last = self._account, self._last
+        account, last = self._account, self.last
         account.flagged += scan.flags != 0
         if last is None:
             account.out_of_step += scan.sequence != 0
@@ -193,7 +192,7 @@ class Judge:
                 (1, last.carriage, scan.carriage),
             ):
                 self._ends[axis] += (before + 2**31) >> 32 != (now + 2**31) >> 32
-        self._last = scan
+        self.last = scan
         self._judge_codes(scan)
         at_s = scan.stamp_ns / SECOND
         for axis, count in ((0, scan.crank), (1, scan.carriage)):
@@ -211,7 +210,7 @@ class Judge:
 
     def wraps(self) -> list[Wraps]:
         """Of what the scans carry."""
-        last = self._last
+        last = self.last
         if last is None:
             return []
         ticks = (last.ticks >> 32) - (self._first_ticks >> 32)
@@ -255,7 +254,7 @@ def soak(board_s: int, rate_hz: int = 100, ticks_before_wrap: int | None = None)
         health = driver.counters()
         _settle(account, driver, health)
         pins = board.counters()
-        last = judge._last
+        last = judge.last
         if last is not None:
             account.last_count_errors = (
                 last.crank - START[0] - pins["crank_counts"],

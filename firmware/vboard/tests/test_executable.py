@@ -182,6 +182,14 @@ def test_an_unusable_elf_is_refused(refusal, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_file_that_is_no_eeprom_is_refused(refusal, tmp_path, board_elf):
+    other = tmp_path / "precious"
+    other.write_text("precious")
+    line = refusal("--elf", board_elf, "--bench-socket", tmp_path / "bench", "--eeprom", other)
+    assert "is no EEPROM of an ATmega2560 (4096 bytes); name another file" in line
+    assert other.read_text() == "precious"
+
+
 def test_a_file_in_place_of_the_link_is_refused(refusal, tmp_path, board_elf):
     link = tmp_path / "tty"
     link.write_text("precious")

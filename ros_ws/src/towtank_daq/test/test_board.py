@@ -40,6 +40,7 @@ class ScriptedBoard:
         self.crank = 0
         self.boot_count = 1
         self.refuse_configuration = 0
+        self.configuration_origin = 0
         self.configured_ticks = PERIOD_TICKS
         self.answer_wire_ns = 920_000
         self._requests = FrameReader(64)
@@ -165,7 +166,8 @@ class ScriptedBoard:
         if boot_frame:
             self._send(
                 self.now_ns + 2 * MS,
-                b"\x12\x08" + struct.pack("<HIB", self.boot_count, self.schema_hash, 0),
+                b"\x12\x08"
+                + struct.pack("<HIB", self.boot_count, self.schema_hash, self.configuration_origin),
             )
 
     def go_idle(self) -> None:
@@ -340,6 +342,23 @@ def test_a_board_that_does_not_come_back(bench):
     bench.board.deaf = True
     with pytest.raises(BoardError, match="does not come back from a reset: switch its power off"):
         bench.driver.reset()
+
+
+@pytest.mark.parametrize(
+    ("origin", "warning"),
+    [
+        ("stored", None),
+        ("default_empty", None),
+        ("stored_older", "the board lost power while it stored a configuration: it has the one"),
+        ("default_damaged", "the configuration stored in the board is damaged: it has the default"),
+        ("default_version", "what the board has stored is of another firmware: it has the default"),
+    ],
+)
+def test_a_lost_configuration_is_told(bench, protocol, origin, warning):
+    bench.driver.connect()
+    bench.board.configuration_origin = protocol.board.configuration_origin[origin]
+    bench.driver.reset()
+    assert [text[: len(warning or "")] for text in bench.warnings] == ([warning] if warning else [])
 
 
 def test_an_eeprom_that_does_not_hold(bench, protocol):

@@ -517,6 +517,9 @@ class AdcBoard:
     def _take_boot(self, record: BootRecord) -> None:
         self._boot_count = record.boot_count
         self._booted = True
+        origin = self._protocol.configuration_origin(record.configuration_origin)
+        if origin in _CONFIGURATION_LOST:
+            self._on_warning(f"{_CONFIGURATION_LOST[origin]} until it is configured again")
         self._board_was_reset(record.reset_cause)
 
     def _board_was_reset(self, cause: int) -> None:
@@ -526,6 +529,11 @@ class AdcBoard:
             self._down = f"the board was reset ({self._protocol.reset_causes(cause)})"
 
 
+_CONFIGURATION_LOST = {
+    "stored_older": "the board lost power while it stored a configuration: it has the one before",
+    "default_damaged": "the configuration stored in the board is damaged: it has the default one",
+    "default_version": "what the board has stored is of another firmware: it has the default one",
+}
 _MENDS = {
     "adc_fault": ": check the ADC's supply and SPI wiring",
     "does_not_fit": ": lower the rate or the filter word, or scan fewer channels",
