@@ -5,7 +5,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    fuzz_power_up();
+    fuzz_power_up(0);
     fuzz_receive(data, size);
     fuzz_power_down();
     return 0;

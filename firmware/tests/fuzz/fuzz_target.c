@@ -102,13 +102,21 @@ static void work(uint32_t rounds)
     take_what_it_sent();
 }
 
-void fuzz_power_up(void)
+void fuzz_power_up(uint8_t faults)
 {
     hal_host = (struct hal_host){.tx_space = 255, .eeprom_bytes_left = UINT32_MAX};
     memset(hal_host.eeprom, 0xFF, sizeof hal_host.eeprom);
     host = (struct frame_parser){0};
     delimiters = responses = 0;
     fake_ad7124_connect(&adc);
+    adc.absent = (faults & 1) != 0;
+    adc.stalled = (faults & 2) != 0;
+    if ((faults & 4) != 0) {
+        adc.corrupt_reads_after = faults >> 4;
+        adc.corrupt_reads = 3;
+    }
+    if ((faults & 8) != 0)
+        hal_host.eeprom_bytes_left = faults >> 4;
     board_init(&board);
     work(1);
 }
@@ -141,9 +149,11 @@ void fuzz_power_down(void)
     REQUIRE(!board.scan.streaming && !board.scan.converting);
     REQUIRE(configuration_check(&board.scan.configuration) == BOARD_STATUS_OK);
     REQUIRE(adc.writes_refused == 0);
-    // What it stored is what it would start with.
+    // What it would start with is what it has stored, or says that it has not.
     struct storage storage;
     struct configure_arguments stored = storage_load(&storage);
-    REQUIRE(storage.origin == board.storage.origin);
-    REQUIRE(stored.rate_hz == board.scan.configuration.rate_hz);
+    if (board.storage.origin != BOARD_CONFIGURATION_ORIGIN_UNSTORED) {
+        REQUIRE(storage.origin == board.storage.origin);
+        REQUIRE(stored.rate_hz == board.scan.configuration.rate_hz);
+    }
 }

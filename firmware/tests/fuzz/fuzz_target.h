@@ -7,8 +7,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// A board as after power-on, its ADC answering, its EEPROM blank.
-void fuzz_power_up(void);
+// A board as after power-on, its EEPROM blank. Bits of `faults`: the ADC is absent (0), never ready
+// (1), has some reads corrupted (2); the EEPROM stops taking bytes (3); where, stands in the upper
+// four.
+void fuzz_power_up(uint8_t faults);
 
 // Lets the board receive these bytes and work on them; aborts if what it sends is not what a board
 // may send: good frames only, known types, each response of the right size and at most one for each
