@@ -15,6 +15,7 @@ from towtank_bringup.plan import conversion_noise
 from towtank_bringup.rigs import rig_path
 from towtank_daq.description import installed_description, load_description
 from towtank_lab import procedures
+from towtank_lab.accelerometer_calibration import specific_force
 from towtank_lab.board_readings import BoardReadings
 from towtank_lab.calibration_record import (
     Circumstances,
@@ -27,7 +28,12 @@ from towtank_lab.guide import Station, Terminal, accelerometer_rows, crank_rows,
 from towtank_lab.virtual_sensors import VirtualSensors
 from towtank_rig import load_rig, parse_rig, sensor_errors
 from towtank_rig.check import calibration_warnings
-from towtank_rig.conversion import pressure_conversion, pressure_from_depth
+from towtank_rig.conversion import (
+    accelerometer_conversion,
+    pitch,
+    pressure_conversion,
+    pressure_from_depth,
+)
 from towtank_sim.bench_frame import BenchFrameLayout
 
 BARE = load_rig(rig_path("nit_calicut_2012")).replace({"calibrations": {}})
@@ -134,7 +140,7 @@ def test_calibrated_rig_reads_the_drawn_sensor(laboratory, immersed, tmp_path):
     made = datetime.datetime(2026, 11, 25, 10, 15, tzinfo=datetime.UTC)
     circumstances = Circumstances(
         made, "A. Tester", "the bench itself", datetime.timedelta(days=30),
-        laboratory.readings.identity, {},
+        laboratory.readings.identity, laboratory.readings.conditions("excitation"),
     )  # fmt: skip
     record = make_record(BARE, evaluation, rows, circumstances)
     source = tmp_path / "bare.yaml"
@@ -162,6 +168,9 @@ def test_calibrated_rig_reads_the_drawn_sensor(laboratory, immersed, tmp_path):
     attached = {a.name: a.data.decode() for a in bag_attachments(rig)}
     assert attached[f"calibrations/{path.name}"] == path.read_text()
     assert "made_by: A. Tester" in path.read_text()
+    measured = record.conditions["excitation_V"]
+    assert measured == pytest.approx(laboratory.errors.excitation, rel=1e-3)
+    assert 0.0 < record.conditions["adc_temperature_degC"] < 60.0
     assert record.board is not None and len(record.board.schema_hash) == 8
     warnings = calibration_warnings(rig, datetime.date(2026, 12, 26))
     assert any("fish_pressure" in line and "was due on 2026-12-25" in line for line in warnings)
@@ -176,19 +185,31 @@ def test_calibrated_rig_reads_the_drawn_sensor(laboratory, immersed, tmp_path):
     assert not list(tmp_path.rglob("*.part"))
 
 
+def _dated(section: dict[str, object]) -> dict[str, object]:
+    return {"id": "six-positions", "date": "2026-11-25", **section}
+
+
 def test_six_positions_at_the_board(laboratory):
     """Zeros within their intervals; the non-linearity of up to 0.5 % of 2 g is not fitted, and what
     it does is even in the force: it shows in the zero, by at most its size."""
     rows = accelerometer_rows(BARE, 1.0, laboratory.desk, laboratory.station)
     evaluation = procedures.evaluate_accelerometer(BARE, rows, level_limit=1e-6)
     found = {f.name: f for f in evaluation.findings}
+    # Three positions and their opposites tell the directions of the axes, bend or not
+    read = BARE.replace({"calibrations": {"accelerometer": _dated(evaluation.section)}})
+    tilted = laboratory.errors.accelerometer.volts(specific_force(0.1, 0.2, 9.782))
+    angles = [
+        abs(float(pitch(accelerometer_conversion(rig).specific_force(tilted))) - 0.2)
+        for rig in (BARE, read)
+    ]
+    assert angles[1] < 0.01 < angles[0]  # the bend of 0.098 m/s² over g
     sensor = laboratory.errors.accelerometer
     true_zero = sensor.conversion.zero_g + sensor.zero_g
     true_slope = sensor.conversion.sensitivity * (1.0 + sensor.sensitivity)
     bend = np.abs(sensor.nonlinearity) * true_slope
     for index, axis in enumerate("xyz"):
         assert abs(found[f"{axis}: zero"].value - true_zero[index]) < 1.1 * bend[index] + 1e-4
-        # 1 + second order of the misalignment: 2 % and 0.02 rad, and of the bend
+        # Second order of coupling and misalignment, 2 % and 0.02 rad, and of the bend
         assert found[f"{axis}: sensitivity"].value == pytest.approx(true_slope[index], rel=3e-3)
 
 

@@ -3,10 +3,10 @@
 
 At rest the specific force in fish axes is f = g (−sin θ, cos θ sin φ, cos θ cos φ) at pitch θ and
 roll φ (REP-103). The volts of the three axes are v = b + A f; least squares over all positions
-gives the zeros b and the matrix A, three rows of an offset and three slopes each. Row k of A has
-the length s_k, the axis's sensitivity, and the direction in which that axis really points:
-A = diag(s) (I + E) Mᵀ with M the rig's mounting (sensor to fish axes). The antisymmetric part of E
-is a small rotation of the whole sensor, the symmetric part couples its axes.
+gives the zeros b and the matrix A, an offset and three slopes for each axis. With M the rig's
+mounting (sensor to fish axes), A M = diag(s) (I + E), E with a zero diagonal: s_k is the axis's
+sensitivity along where it should point, E what it feels of the other two. The antisymmetric part of
+E is a small rotation of the whole sensor, the symmetric part couples its axes.
 """
 
 from __future__ import annotations
@@ -104,28 +104,27 @@ def calibrate_accelerometer(
     volts = np.array([position.volts for position in positions])
     design = np.column_stack((np.ones(len(positions)), force))
     fits = tuple(fit(design, volts[:, axis]) for axis in range(3))
-    matrix = np.array([axis.coefficients[1:] for axis in fits])
-    lengths = np.linalg.norm(matrix, axis=1)
-    in_sensor = matrix / lengths[:, None] @ mounting_rotation(rig.sensors.accelerometer.mounting)
-    for name, along in zip("xyz", np.diag(in_sensor), strict=True):
-        if along < math.cos(math.radians(30.0)):
+    mounting = mounting_rotation(rig.sensors.accelerometer.mounting)
+    slopes = np.array([axis.coefficients[1:] for axis in fits]) @ mounting
+    along = np.diag(slopes)
+    for name, row, own in zip("xyz", slopes, along, strict=True):
+        if own < np.linalg.norm(row) * math.cos(math.radians(30.0)):
             raise ProcedureError(
                 f"axis {name} does not point where the rig's mounting says: check the channels' "
                 "order, the mounting, and the order of the positions"
             )
     zeros, sensitivities = [], []
-    for axis, length in zip(fits, lengths, strict=True):
+    for axis, direction, slope in zip(fits, mounting.T, along.tolist(), strict=True):
         # A table out of level by δ shows as s g δ on an axis across gravity
-        zeros.append(combined(axis.estimate(0), length * gravity * level_limit))
-        direction = axis.coefficients[1:] / length
+        zeros.append(combined(axis.estimate(0), slope * gravity * level_limit))
         variance = float(direction @ axis.covariance[1:, 1:] @ direction)
-        slope = Estimate(float(length), math.sqrt(variance), float(axis.freedom))
-        sensitivities.append(combined(slope, length * _relative(rig.water.gravity)))
+        estimate = Estimate(slope, math.sqrt(variance), float(axis.freedom))
+        sensitivities.append(combined(estimate, slope * _relative(rig.water.gravity)))
     return AccelerometerResult(
         tuple(zeros),
         tuple(sensitivities),
-        in_sensor - np.diag(np.diag(in_sensor)),
-        _alignment_error(fits, lengths, level_limit),
+        slopes / along[:, None] - np.eye(3),
+        _alignment_error(fits, along, level_limit),
         fits,
     )
 
@@ -158,13 +157,18 @@ def section(result: AccelerometerResult, count: int) -> dict[str, object]:
         }
         for name, zero, sensitivity in zip("xyz", result.zero_g, result.sensitivity, strict=True)
     }
-    # What the rig's mounting does not say of the sensor's axes stays as an error of alignment
-    left = float(np.abs(result.misalignment).max())
+    misalignment = {
+        f"{'xyz'[i]}{'xyz'[j]}": measured(float(result.misalignment[i, j]), "rad")
+        for i in range(3)
+        for j in range(3)
+        if i != j
+    }
     return {
         **axes,
+        "misalignment": misalignment,
         "sensitivity_error": interval(result.sensitivity_error, "1"),
         "zero_g_error": interval(result.zero_g_error, "V"),
-        "alignment_error": interval(result.alignment_error + left, "rad"),
+        "alignment_error": interval(result.alignment_error, "rad"),
     }
 
 
@@ -193,11 +197,11 @@ def drift(rig: Rig, result: AccelerometerResult) -> dict[str, object] | None:
     }
 
 
-def _alignment_error(fits: Sequence[Fit], lengths: np.ndarray, level_limit: float) -> float:
+def _alignment_error(fits: Sequence[Fit], slopes: np.ndarray, level_limit: float) -> float:
     """Half the 95 % interval of the directions' components, the greatest, rad."""
     across = [
-        Estimate(0.0, float(np.sqrt(axis.covariance[i, i])) / length, float(axis.freedom))
-        for axis, length in zip(fits, lengths, strict=True)
+        Estimate(0.0, float(np.sqrt(axis.covariance[i, i])) / slope, float(axis.freedom))
+        for axis, slope in zip(fits, slopes, strict=True)
         for i in (1, 2, 3)
     ]
     return max(combined(estimate, level_limit).u95 for estimate in across)

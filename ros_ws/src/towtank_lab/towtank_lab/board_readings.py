@@ -97,6 +97,18 @@ class BoardReadings:
             )
         return self._reading()
 
+    def conditions(self, excitation: str) -> dict[str, float]:
+        """Return what held at the last reading: mean of the excitation's channel, V, and the
+        temperature inside the ADC, °C, if the board has told it."""
+        found = {}
+        last = self._reading().channels if self._scans else {}
+        if excitation in last:
+            found["excitation_V"] = last[excitation].mean
+        health = self._board.health
+        if health is not None and health.adc_temperature_code:
+            found["adc_temperature_degC"] = adc_temperature(health.adc_temperature_code)
+        return found
+
     def _reading(self) -> BoardReading:
         channels = {}
         for index, (name, channel) in enumerate(zip(self._names, self._convert, strict=True)):
@@ -107,6 +119,11 @@ class BoardReadings:
             scatter = float(np.std(volts, ddof=1))
             channels[name] = ChannelReading(float(np.mean(volts)), scatter, len(codes))
         return BoardReading(channels, self._scans[-1].crank)
+
+
+def adc_temperature(code: int) -> float:
+    """Return °C of the AD7124's temperature sensor, a bipolar code of 24 bits (data sheet)."""
+    return (code - 2**23) / 13584.0 - 272.5
 
 
 def channel_of(reading: BoardReading, name: str) -> ChannelReading:

@@ -153,8 +153,22 @@ MOUNTED = RIG.replace(
         "sensors.accelerometer.mounting.pitch": -0.2,
         "sensors.accelerometer.mounting.yaw": 0.3,
         "calibrations.accelerometer.y.sensitivity": 0.066,
+        "calibrations.accelerometer.misalignment": {
+            name: f"{0.01 * number} rad"
+            for number, name in enumerate(("xy", "xz", "yx", "yz", "zx", "zy"), start=-2)
+        },
     }
 )
+
+
+def test_misaligned_axis_feels_what_lies_across_it():
+    """Axis x leans by 0.02 towards z: level, it feels 0.02 g, which is no pitch."""
+    path = "calibrations.accelerometer.misalignment"
+    leaning = {name: "0 rad" for name in ("xy", "xz", "yx", "yz", "zx", "zy")} | {"xz": "0.02 rad"}
+    conversion = accelerometer_conversion(RIG.replace({path: leaning}))
+    level = conversion.volts([0.0, 0.0, 10.0])
+    assert level[0] - conversion.zero_g[0] == pytest.approx(0.2 * conversion.sensitivity[0])
+    assert pitch(conversion.specific_force(level)) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_mounting_turns_sensor_axes_to_fish_axes():

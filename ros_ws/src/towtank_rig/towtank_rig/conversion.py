@@ -165,27 +165,30 @@ def rotation(roll: float, pitch: float, yaw: float) -> Array:
 
 @dataclass(frozen=True)
 class AccelerometerConversion:
-    """Specific force from three analog outputs; sensor axis volts = zero_g + sensitivity·force.
+    """Specific force from three analog outputs: volts = zero_g + sensitivity·(what the axis feels).
 
     Attributes:
         zero_g: Volts of each axis at zero specific force, shape (3,).
         sensitivity: V/(m/s²) of each axis, shape (3,).
-        sensor_to_fish: Rotation matrix, shape (3, 3).
+        fish_to_axes: What the axes feel of a specific force in fish axes, shape (3, 3): its rows
+            are the directions of the axes, which need not be square to one another.
+        axes_to_fish: Its inverse.
     """
 
     zero_g: Array
     sensitivity: Array
-    sensor_to_fish: Array
+    fish_to_axes: Array
+    axes_to_fish: Array
 
     def specific_force(self, volts: ArrayLike) -> Array:
         """Return specific force in fish axes, m/s², from volts of x, y, z; both of shape (…, 3)."""
-        in_sensor = (np.asarray(volts, dtype=float) - self.zero_g) / self.sensitivity
-        return in_sensor @ self.sensor_to_fish.T
+        felt = (np.asarray(volts, dtype=float) - self.zero_g) / self.sensitivity
+        return felt @ self.axes_to_fish.T
 
     def volts(self, specific_force: ArrayLike) -> Array:
         """Return the volts of x, y, z from specific force in fish axes, m/s²; shape (…, 3)."""
-        in_sensor = np.asarray(specific_force, dtype=float) @ self.sensor_to_fish
-        return self.zero_g + self.sensitivity * in_sensor
+        felt = np.asarray(specific_force, dtype=float) @ self.fish_to_axes.T
+        return self.zero_g + self.sensitivity * felt
 
 
 def accelerometer_conversion(rig: Rig) -> AccelerometerConversion:
@@ -193,10 +196,15 @@ def accelerometer_conversion(rig: Rig) -> AccelerometerConversion:
     sensor = rig.sensors.accelerometer
     calibration = rig.calibrations.accelerometer
     axes = (calibration.x, calibration.y, calibration.z) if calibration else (sensor,) * 3
+    mounting = mounting_rotation(sensor.mounting)
+    misaligned = np.eye(3)
+    if calibration and calibration.misalignment:
+        misaligned = misaligned + calibration.misalignment.matrix
     return AccelerometerConversion(
         zero_g=np.array([axis.zero_g.value for axis in axes]),
         sensitivity=np.array([axis.sensitivity.value for axis in axes]),
-        sensor_to_fish=mounting_rotation(sensor.mounting),
+        fish_to_axes=misaligned @ mounting.T,
+        axes_to_fish=mounting @ np.linalg.inv(misaligned),
     )
 
 

@@ -4,6 +4,8 @@
 import datetime
 from typing import Annotated, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from towtank_rig.quantity import SI, Quantity, Section, Tolerance, Vector, rig_fault
@@ -180,12 +182,38 @@ class AxisCalibration(Section):
     sensitivity: Sensitivity
 
 
+class Misalignment(Section):
+    """Small errors of the axes' directions: ``xy`` is what axis x feels of a force along y."""
+
+    xy: Angle
+    xz: Angle
+    yx: Angle
+    yz: Angle
+    zx: Angle
+    zy: Angle
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Return the 3×3 matrix with a zero diagonal, axes of the mounted sensor, rad."""
+        return np.array(
+            [
+                [0.0, self.xy.value, self.xz.value],
+                [self.yx.value, 0.0, self.yz.value],
+                [self.zx.value, self.zy.value, 0.0],
+            ]
+        )
+
+
 class AccelerometerCalibration(Calibration):
-    """Six-position calibration; its limits take the place of the data sheet's."""
+    """Six-position calibration; its limits take the place of the data sheet's.
+
+    ``misalignment`` comes on top of the sensor's mounting.
+    """
 
     x: AxisCalibration
     y: AxisCalibration
     z: AxisCalibration
+    misalignment: Misalignment | None = None
     sensitivity_error: RelativeLimit
     zero_g_error: VoltageLimit
     alignment_error: AngleLimit

@@ -121,8 +121,8 @@ class AccelerometerErrors:
 
     def volts(self, specific_force: ArrayLike) -> Array:
         """Return the noiseless volts of x, y, z from specific force in fish axes; shape (…, 3)."""
-        in_sensor = np.asarray(specific_force, dtype=float) @ self.conversion.sensor_to_fish
-        felt = in_sensor @ (rotation(*self.rotation).T + self.coupling).T
+        in_axes = np.asarray(specific_force, dtype=float) @ self.conversion.fish_to_axes.T
+        felt = in_axes @ (rotation(*self.rotation).T + self.coupling).T
         felt = felt + self.nonlinearity * np.square(felt / STANDARD_GRAVITY)
         sensitivity = self.conversion.sensitivity * (1.0 + self.sensitivity)
         return self.conversion.zero_g + self.zero_g + sensitivity * felt

@@ -219,7 +219,7 @@ def _rows(
         finally:
             line.close()
     virtual = {"virtual_board_seed": wishes.virtual} if wishes.virtual is not None else {}
-    return rows, board.identity, virtual
+    return rows, board.identity, {**board.conditions("excitation"), **virtual}
 
 
 @contextlib.contextmanager
