@@ -48,14 +48,20 @@ static void put_value(uint8_t *bytes, uint32_t value, uint8_t size)
     }
 }
 
-static void write_register(const struct setting *setting)
+// Returns the transaction's length.
+static uint8_t encode_write(uint8_t *bytes, const struct setting *setting)
 {
-    uint8_t bytes[1 + REGISTER_SIZE_MAXIMUM + 1];
     uint8_t length = (uint8_t)(1 + setting->size);
     bytes[0] = setting->address;
     put_value(bytes + 1, setting->value, setting->size);
     bytes[length] = hal_crc8_ccitt(0, bytes, length);
-    hal_adc_exchange(bytes, (uint8_t)(length + 1));
+    return (uint8_t)(length + 1);
+}
+
+static void write_register(const struct setting *setting)
+{
+    uint8_t bytes[1 + REGISTER_SIZE_MAXIMUM + 1];
+    hal_adc_exchange(bytes, encode_write(bytes, setting));
 }
 
 static bool register_holds(const struct setting *setting)
@@ -180,9 +186,10 @@ uint8_t ad7124_echo_errors(void)
     return errors;
 }
 
-void ad7124_select_housekeeping(uint8_t source)
+void ad7124_encode_housekeeping(uint8_t bytes[AD7124_HOUSEKEEPING_SIZE], uint8_t source)
 {
-    write_register(&(struct setting){AD7124_CHANNEL_0 + BOARD_CHANNEL_COUNT, 2, housekeeping[source]});
+    encode_write(bytes, &(struct setting){AD7124_CHANNEL_0 + BOARD_CHANNEL_COUNT, 2,
+                                          housekeeping[source]});
 }
 
 bool ad7124_read_conversion(struct ad7124_conversion *conversion)

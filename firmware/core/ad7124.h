@@ -45,8 +45,10 @@ bool ad7124_set_up_self_test(void);
 #define AD7124_ECHOES 29u
 uint8_t ad7124_echo_errors(void);
 
-// Chooses the housekeeping source. The ADC must be held by SYNC.
-void ad7124_select_housekeeping(uint8_t source);
+// The transaction that chooses the housekeeping source, for hal_adc_exchange with the ADC held by
+// SYNC. Coded apart, because interrupts are locked out while it is sent.
+#define AD7124_HOUSEKEEPING_SIZE 4u
+void ad7124_encode_housekeeping(uint8_t bytes[AD7124_HOUSEKEEPING_SIZE], uint8_t source);
 
 // Reads the finished conversion; false if its CRC is wrong.
 bool ad7124_read_conversion(struct ad7124_conversion *conversion);

@@ -107,15 +107,20 @@ static void cut_short(struct scan *scan)
 }
 
 // Puts the ADC to rest until the next tick. Locked as a whole: a tick that has come already keeps
-// its sequence, and a register write after it would disturb the scan that it started.
+// its sequence, and a register write after it would disturb the scan that it started. Encoder edges
+// wait meanwhile, so all is prepared before.
 static void rest(struct scan *scan)
 {
     scan->converting = false;
+    uint8_t selection[AD7124_HOUSEKEEPING_SIZE];
+    bool select = scan->housekeeping_selected != scan->housekeeping_wanted;
+    if (select)
+        ad7124_encode_housekeeping(selection, scan->housekeeping_wanted);
     uint8_t state = hal_lock();
     if (!scan->latch.pending) {
         hal_adc_hold();
-        if (scan->housekeeping_selected != scan->housekeeping_wanted) {
-            ad7124_select_housekeeping(scan->housekeeping_wanted);
+        if (select) {
+            hal_adc_exchange(selection, sizeof selection);
             scan->housekeeping_selected = scan->housekeeping_wanted;
         }
     }

@@ -121,13 +121,20 @@ static void a_conversion_with_a_wrong_crc_is_refused(void **state)
     assert_true(ad7124_read_conversion(&conversion));
 }
 
+static void select_housekeeping(uint8_t source)
+{
+    uint8_t bytes[AD7124_HOUSEKEEPING_SIZE];
+    ad7124_encode_housekeeping(bytes, source);
+    hal_adc_exchange(bytes, sizeof bytes);
+}
+
 static void housekeeping_sources_take_turns_in_channel_6(void **state)
 {
     struct fake_ad7124 *device = *state;
     assert_true(set_up_default());
-    ad7124_select_housekeeping(1);
+    select_housekeeping(1);
     assert_int_equal(device->registers[0x0F], 0x8000 | 6 << 12 | 20 << 5 | 21);
-    ad7124_select_housekeeping(0);
+    select_housekeeping(0);
     assert_int_equal(device->registers[0x0F], 0x8000 | 6 << 12 | 16 << 5 | 17);
 }
 
