@@ -102,6 +102,13 @@ def test_latency_is_from_the_sampling_instant(result):
     assert result["latency_ms"]["p999"] == pytest.approx(LATENCY_NS * 1e-6)
 
 
+def test_calibrations_in_force_are_named(result):
+    rows = {row["sensor"]: row for row in result["calibrations"]}
+    assert rows["fish_pressure"]["id"] == "fish-pressure-assumed"
+    assert rows["fish_pressure"]["file"] is None  # the rig's figures are assumed
+    assert rows["crank"]["id"] is None
+
+
 def test_assumptions_name_range_and_source(result):
     assert any(row["quantity"] == "fish.axial_drag" for row in result["assumptions"])
     assert all(row["source"] and len(row["range"]) == 2 for row in result["assumptions"])

@@ -22,7 +22,7 @@ from towtank_compare.kinematics import bow_up_pitch
 from towtank_compare.places import pressure_port
 from towtank_compare.samples import SIMULATED, bag_samples, has_source, joint_series
 from towtank_compare.series import Series
-from towtank_compare.trial_result import assumption_rows
+from towtank_compare.trial_result import assumption_rows, calibration_rows
 
 INCLINATION = "/measured/fish/inclination"
 CABLE_STATE = "/twin/cable_state"
@@ -67,6 +67,7 @@ def report_html(
         budgets=_budgets(measured),
         place=pressure_port(rig),
         start=datetime.datetime.fromtimestamp(t0_ms / 1000, datetime.UTC),
+        calibrations=calibration_rows(rig),
         assumptions=assumption_rows(rig),
         charts={
             name: _chart_html(name, figure)

@@ -33,8 +33,23 @@ def trial_result(path: str | Path) -> dict[str, Any]:
         "cpu_cores": cpu_cores(opened.bag),
         "live": live_result(opened.bag, t0_ms, t1_ms),
         "software": opened.bag.metadata.get("towtank", {}),
+        "calibrations": calibration_rows(opened.rig),
         "assumptions": assumption_rows(opened.rig),
     }
+
+
+def calibration_rows(rig: Rig) -> list[dict[str, Any]]:
+    """Every sensor that can be calibrated, and what calibration was in force; nulls without one."""
+    rows = []
+    for sensor in type(rig.calibrations).model_fields:
+        calibration = getattr(rig.calibrations, sensor)
+        row = {"sensor": sensor, "id": None, "date": None, "due": None, "file": None}
+        if calibration is not None:
+            row |= {"id": calibration.id, "date": calibration.date.isoformat()}
+            row |= {"due": calibration.due and calibration.due.isoformat()}
+            row |= {"file": calibration.file}
+        rows.append(row)
+    return rows
 
 
 def assumption_rows(rig: Rig) -> list[dict[str, Any]]:

@@ -28,11 +28,13 @@ _FEWEST_SCANS = 20
 
 @dataclass(frozen=True)
 class ChannelReading:
-    """Mean and standard deviation of one channel, V at the terminals, over so many samples."""
+    """Mean and standard deviation of one channel, V at the terminals, over so many samples; and the
+    mean of the raw codes, from which the volts can be made again."""
 
     mean: float
     scatter: float
     samples: int
+    code: float
 
     @property
     def mean_uncertainty(self) -> float:
@@ -117,7 +119,9 @@ class BoardReadings:
                 continue  # whoever wants this channel says that it is missing
             volts = channel.volts(codes)
             scatter = float(np.std(volts, ddof=1))
-            channels[name] = ChannelReading(float(np.mean(volts)), scatter, len(codes))
+            channels[name] = ChannelReading(
+                float(np.mean(volts)), scatter, len(codes), float(np.mean(codes))
+            )
         return BoardReading(channels, self._scans[-1].crank)
 
 

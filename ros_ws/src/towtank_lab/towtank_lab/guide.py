@@ -148,7 +148,12 @@ def _told(volts: ChannelReading) -> str:
 
 
 def _columns(name: str, volts: ChannelReading) -> Row:
-    return {name: volts.mean, f"{name}_scatter": volts.scatter, f"{name}_samples": volts.samples}
+    return {
+        name: volts.mean,
+        f"{name}_scatter": volts.scatter,
+        f"{name}_samples": volts.samples,
+        f"{name}_code": volts.code,
+    }
 
 
 def _number(desk: Terminal, question: str, default: float | None) -> float:
