@@ -196,7 +196,8 @@ def _dated(section: dict[str, object]) -> dict[str, object]:
 def test_six_positions_at_the_board(laboratory):
     """Zeros within their intervals; the non-linearity of up to 0.5 % of 2 g is not fitted, and what
     it does is even in the force: it shows in the zero, by at most its size."""
-    rows = accelerometer_rows(BARE, 1.0, laboratory.desk, laboratory.station)
+    rows = accelerometer_rows(BARE, [(10.0, 20.0)], 1.0, laboratory.desk, laboratory.station)
+    assert "7/7: tilt the upright fish to roll 10, pitch 20" in laboratory.asked[-1]
     evaluation = procedures.evaluate_accelerometer(BARE, rows, level_limit=1e-6)
     found = {f.name: f for f in evaluation.findings}
     # Three positions and their opposites tell the directions of the axes, bend or not

@@ -102,6 +102,16 @@ def test_calibration_from_readings_becomes_part_of_a_new_rig(tmp_path, procedure
         assert abs(intervals[name]["value"] - truth) <= intervals[name]["u95"], name
 
 
+def test_rig_without_calibrations_gets_its_first(tmp_path):
+    new = tmp_path / "first.yaml"
+    json_of(
+        "calibrate", "crank", "--rig", "wu_chwang_2001", "--by", "A", "--reference", "disc",
+        "--readings", EXAMPLES / "crank_readings.csv", "--out", tmp_path / "c", "--new-rig", new,
+    )  # fmt: skip
+    calibrations = load_rig(new).calibrations
+    assert calibrations.crank.direction == -1 and calibrations.fish_pressure is None
+
+
 def test_second_calibration_of_a_rig_tells_its_drift(tmp_path):
     first = tmp_path / "first.yaml"
     common = ["calibrate", "pressure", "fish_pressure", "--by", "A", "--reference", "tape"]

@@ -66,12 +66,29 @@ def pressure_rows(
     return rows
 
 
-def accelerometer_rows(rig: Rig, seconds: float, desk: Terminal, at: Station) -> list[Row]:
-    """Lead through the six positions."""
+def accelerometer_rows(
+    rig: Rig,
+    tilts: Sequence[tuple[float, float]],
+    seconds: float,
+    desk: Terminal,
+    at: Station,
+) -> list[Row]:
+    """Lead through the six positions, and then the tilts of a table (roll and pitch, degrees)."""
     sensor = rig.sensors.accelerometer.channels
+    steps = [
+        (f"lay the fish with {name} on the levelled table", attitude)
+        for name, attitude in SIX_POSITIONS.items()
+    ]
+    steps += [
+        (
+            f"tilt the upright fish to roll {roll:g}, pitch {pitch:g} degrees",
+            (roll, pitch),
+        )
+        for roll, pitch in tilts
+    ]
     rows = []
-    for number, (name, (roll, pitch)) in enumerate(SIX_POSITIONS.items(), start=1):
-        desk.ask(f"{number}/6: lay the fish with {name} on the levelled table; Enter")
+    for number, (step, (roll, pitch)) in enumerate(steps, start=1):
+        desk.ask(f"{number}/{len(steps)}: {step}; Enter")
         attitude = {"roll_deg": roll, "pitch_deg": pitch}
         at.move(attitude)
         read = _read((sensor.x, sensor.y, sensor.z), seconds, desk, at)

@@ -121,11 +121,21 @@ def evaluate_pressure(
         Residuals(
             np.array([row["depth_m"] for row in rows]),
             "depth, m",
-            {sensor: result.fit.residuals * in_pascal},
+            _both_ways(rows, result.fit.residuals * in_pascal),
             "Pa",
         ),
         tuple(notes),
     )
+
+
+def _both_ways(rows: Sequence[Row], residuals: np.ndarray) -> dict[str, np.ndarray]:
+    """The residuals going down and coming up, joined at the deepest; NaN elsewhere."""
+    deepest = int(np.argmax([row["depth_m"] for row in rows]))
+    order = np.arange(len(rows))
+    return {
+        "going down": np.where(order <= deepest, residuals, np.nan),
+        "coming up": np.where(order >= deepest, residuals, np.nan),
+    }
 
 
 def evaluate_accelerometer(rig: Rig, rows: Sequence[Row], *, level_limit: float) -> Evaluation:

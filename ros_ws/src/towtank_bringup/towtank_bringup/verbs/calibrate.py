@@ -129,13 +129,19 @@ def pressure(
 
 @command.command()
 @click.option("--level-limit", default=0.3, help="Limit of the table's inclination, degrees (0.3).")
+@click.option(
+    "--tilts",
+    default="",
+    help="More attitudes, of a tilt table: ROLL:PITCH in degrees, with commas between.",
+)
 @_common
-def accelerometer(level_limit: float, **options: Any) -> None:
-    """Lay the fish on its six sides on a levelled table, or read a tilt table (--readings)."""
+def accelerometer(level_limit: float, tilts: str, **options: Any) -> None:
+    """Lay the fish on its six sides on a levelled table, and tilt it further if wished."""
+    attitudes = _tilts(tilts)
     _run(
         _Wishes(**options),
         procedures.ACCELEROMETER_COLUMNS,
-        accelerometer_rows,
+        lambda rig, seconds, desk, at: accelerometer_rows(rig, attitudes, seconds, desk, at),
         lambda rig, rows: procedures.evaluate_accelerometer(
             rig, rows, level_limit=math.radians(level_limit)
         ),
@@ -244,6 +250,14 @@ def _numbers(text: str, option: str) -> list[float]:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise click.UsageError(f"{option} {text!r}: give numbers with commas between") from None
+
+
+def _tilts(text: str) -> list[tuple[float, float]]:
+    try:
+        pairs = [part.split(":") for part in text.split(",") if part.strip()]
+        return [(float(roll), float(pitch)) for roll, pitch in pairs]
+    except ValueError:
+        raise click.UsageError(f"--tilts {text!r}: give ROLL:PITCH, with commas between") from None
 
 
 def _as_json(
