@@ -118,7 +118,7 @@ def immersed(laboratory):
     """Five immersions of one second, the first answered wrongly, then with the true depth."""
     depths = (0.0, 1.0, 2.0, 1.0, 0.0)
     args = (BARE, "fish_pressure", depths, 1.0, laboratory.desk, laboratory.station)
-    return pressure_rows(*args), list(laboratory.asked), list(laboratory.said)
+    return list(pressure_rows(*args)), list(laboratory.asked), list(laboratory.said)
 
 
 def test_guide_asks_step_by_step_and_tells_what_it_reads(immersed):
@@ -196,7 +196,7 @@ def _dated(section: dict[str, object]) -> dict[str, object]:
 def test_six_positions_at_the_board(laboratory):
     """Zeros within their intervals; the non-linearity of up to 0.5 % of 2 g is not fitted, and what
     it does is even in the force: it shows in the zero, by at most its size."""
-    rows = accelerometer_rows(BARE, [(10.0, 20.0)], 1.0, laboratory.desk, laboratory.station)
+    rows = list(accelerometer_rows(BARE, [(10.0, 20.0)], 1.0, laboratory.desk, laboratory.station))
     assert "7/7: tilt the upright fish to roll 10, pitch 20" in laboratory.asked[-1]
     evaluation = procedures.evaluate_accelerometer(BARE, rows, level_limit=1e-6)
     found = {f.name: f for f in evaluation.findings}
@@ -219,7 +219,8 @@ def test_six_positions_at_the_board(laboratory):
 
 
 def test_crank_at_the_board(laboratory):
-    rows = crank_rows((0, 90, 180, 270, 360, 450), False, 1.0, laboratory.desk, laboratory.station)
+    angles = (0, 90, 180, 270, 360, 450)
+    rows = list(crank_rows(angles, False, 1.0, laboratory.desk, laboratory.station))
     evaluation = procedures.evaluate_crank(BARE, rows, mark_limit=0.0)
     assert evaluation.section["counts_per_revolution"] == 4096
     assert evaluation.section["direction"] == 1
@@ -245,6 +246,6 @@ def test_unsteady_sensor_is_read_again(laboratory):
 
     at = Station(laboratory.sensors.move, take, laboratory.station.noise)
     asked = len(laboratory.asked)
-    rows = pressure_rows(BARE, "fish_pressure", (0.5,), 1.0, laboratory.desk, at)
+    rows = list(pressure_rows(BARE, "fish_pressure", (0.5,), 1.0, laboratory.desk, at))
     assert len(taken) == 2 and len(rows) == 1
     assert "unsteady: fish_pressure scatters by" in laboratory.asked[asked + 1]

@@ -162,3 +162,26 @@ def test_rig_check_tells_of_calibrations():
     found = json_of("rig", "check", "nit_calicut_2012")
     told = [w for w in found["warnings"] if w.startswith("calibrations.")]
     assert len(told) == 4 and all("towtank calibrate" in line for line in told)
+
+
+@pytest.mark.real_time
+def test_crank_is_calibrated_at_the_virtual_board_from_the_terminal(tmp_path, monkeypatch):
+    """First given up after two marks, then done; mark 0 after a whole turn and back."""
+    monkeypatch.chdir(tmp_path)
+    command = [
+        "calibrate", "crank", *WHO, "--virtual", "--seconds", "1", "--angles", "0,90,180,270,360",
+        "--out", str(tmp_path / "records"), "--json",
+    ]  # fmt: skip
+    given_up = CliRunner().invoke(towtank, command, input="\n\n")
+    assert given_up.exit_code == 1 and "the 2 readings so far are in" in given_up.stderr
+    (left,) = tmp_path.glob("readings-*.csv")
+    assert left.read_text().splitlines()[0] == "angle_deg,counts"
+    assert not (tmp_path / "records").exists()
+
+    done = CliRunner().invoke(towtank, command, input="\n" * 5)
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["calibration"]["counts_per_revolution"] == 4096
+    assert found["calibration"]["direction"] == 1
+    record = Path(found["record"]).read_text()
+    assert "virtual_board_seed: 1" in record and "schema_hash:" in record

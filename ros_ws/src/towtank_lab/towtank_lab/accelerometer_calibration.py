@@ -21,8 +21,7 @@ from towtank_rig.conversion import accelerometer_conversion, mounting_rotation, 
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.pressure_calibration import _relative
-from towtank_lab.propagation import Estimate, coverage_factor
+from towtank_lab.propagation import Estimate, coverage_factor, relative_limit
 
 SIX_POSITIONS: dict[str, tuple[float, float]] = {
     "z up (upright)": (0.0, 0.0),
@@ -119,7 +118,7 @@ def calibrate_accelerometer(
         zeros.append(combined(axis.estimate(0), slope * gravity * level_limit))
         variance = float(direction @ axis.covariance[1:, 1:] @ direction)
         estimate = Estimate(slope, math.sqrt(variance), float(axis.freedom))
-        sensitivities.append(combined(estimate, slope * _relative(rig.water.gravity)))
+        sensitivities.append(combined(estimate, slope * relative_limit(rig.water.gravity)))
     return AccelerometerResult(
         tuple(zeros),
         tuple(sensitivities),

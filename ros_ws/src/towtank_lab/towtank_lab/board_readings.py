@@ -36,11 +36,6 @@ class ChannelReading:
     samples: int
     code: float
 
-    @property
-    def mean_uncertainty(self) -> float:
-        """Return the standard uncertainty of the mean, V, if the noise is white."""
-        return self.scatter / self.samples**0.5
-
 
 @dataclass(frozen=True)
 class BoardReading:

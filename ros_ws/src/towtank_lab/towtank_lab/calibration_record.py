@@ -11,6 +11,7 @@ import io
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import BinaryIO
 
@@ -23,8 +24,6 @@ from towtank_rig.document import Document
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.procedures import Evaluation, Residuals, Row
-
-SOFTWARE = "towtank 0.1.0"
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ def make_record(
         sensor=evaluation.sensor,
         made_at=at,
         made_by=circumstances.made_by,
-        software=SOFTWARE,
+        software=f"towtank_lab {_software_version()}",
         rig=f"{rig.name}, sha256 {rig.sha256}",
         reference=circumstances.reference,
         board=circumstances.board,
@@ -66,6 +65,13 @@ def make_record(
         drift=evaluation.drift,
         calibration=evaluation.section,
     )
+
+
+def _software_version() -> str:
+    try:
+        return version("towtank_lab")
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def record_text(record: CalibrationFile) -> str:

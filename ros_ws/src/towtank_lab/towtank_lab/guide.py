@@ -2,7 +2,7 @@
 """Guided calibrations: what to do next, readings at each step, told as they come.
 
 A guide talks through two functions and takes readings from a third, so that a terminal, a script
-and a test are the same to it. Its rows are those of a readings file.
+and a test are the same to it. It yields each row, as a readings file has it, when it is taken.
 """
 
 from __future__ import annotations
@@ -49,10 +49,9 @@ class Station:
 
 def pressure_rows(
     rig: Rig, sensor: str, depths: Sequence[float], seconds: float, desk: Terminal, at: Station
-) -> list[Row]:
+) -> Iterator[Row]:
     """Lead through immersions at the depths (m), in their order; the answer may be the true one."""
     channel = getattr(rig.sensors, sensor).channel
-    rows = []
     for number, wanted in enumerate(depths, start=1):
         depth = _number(
             desk,
@@ -62,8 +61,7 @@ def pressure_rows(
         )
         at.move({"depth_m": depth})
         (volts,) = _read((channel,), seconds, desk, at)
-        rows.append({"depth_m": depth, **_columns("volts", volts)})
-    return rows
+        yield {"depth_m": depth, **_columns("volts", volts)}
 
 
 def accelerometer_rows(
@@ -72,7 +70,7 @@ def accelerometer_rows(
     seconds: float,
     desk: Terminal,
     at: Station,
-) -> list[Row]:
+) -> Iterator[Row]:
     """Lead through the six positions, and then the tilts of a table (roll and pitch, degrees)."""
     sensor = rig.sensors.accelerometer.channels
     steps = [
@@ -86,7 +84,6 @@ def accelerometer_rows(
         )
         for roll, pitch in tilts
     ]
-    rows = []
     for number, (step, (roll, pitch)) in enumerate(steps, start=1):
         desk.ask(f"{number}/{len(steps)}: {step}; Enter")
         attitude = {"roll_deg": roll, "pitch_deg": pitch}
@@ -95,15 +92,13 @@ def accelerometer_rows(
         row: Row = dict(attitude)
         for axis, volts in zip("xyz", read, strict=True):
             row |= _columns(f"volts_{axis}", volts)
-        rows.append(row)
-    return rows
+        yield row
 
 
 def crank_rows(
     angles: Sequence[float], with_heights: bool, seconds: float, desk: Terminal, at: Station
-) -> list[Row]:
+) -> Iterator[Row]:
     """Lead through the marks of the crank's disc at the angles (degrees), in their order."""
-    rows = []
     for number, angle in enumerate(angles, start=1):
         question = (
             f"{number}/{len(angles)}: turn the crank, in the sense in which it runs, to {angle:g} "
@@ -118,8 +113,7 @@ def crank_rows(
         reading = at.take(seconds, lambda _: None)
         row["counts"] = reading.crank_counts
         desk.say(f"   {reading.crank_counts} counts")
-        rows.append(row)
-    return rows
+        yield row
 
 
 def _read(

@@ -17,11 +17,10 @@ import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import PressureConversion, pressure_conversion, pressure_from_depth
 from towtank_rig.instruments import PressureSensorName
-from towtank_rig.quantity import Quantity
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, coverage_factor
+from towtank_lab.propagation import Estimate, coverage_factor, relative_limit
 
 # Depths nearer than this to one another are the same step of the stairs, m.
 _SAME_DEPTH = 0.005
@@ -107,7 +106,7 @@ def calibrate_pressure(
         raise ProcedureError(
             "the volts fall with depth: exchange the bridge's outputs, or check the depths' order"
         )
-    weight_limits = (_relative(rig.water.density), _relative(rig.water.gravity))
+    weight_limits = (relative_limit(rig.water.density), relative_limit(rig.water.gravity))
     bend, bend_is_real = _bend(part, at_reference, span.value)
     weight = rig.water.density.value * rig.water.gravity.value
     return PressureResult(
@@ -161,11 +160,6 @@ def drift(rig: Rig, sensor: PressureSensorName, result: PressureResult) -> dict[
         "normalised": change / math.hypot(interval, result.span_error),
         "offset_Pa": offset,
     }
-
-
-def _relative(quantity: Quantity) -> float:
-    low, high = quantity.range or (quantity.value, quantity.value)
-    return (high - low) / 2.0 / quantity.value
 
 
 def _hysteresis(depths: np.ndarray, residuals: np.ndarray, span: float) -> float | None:

@@ -54,6 +54,12 @@ def within_range(quantity: Quantity) -> Estimate:
     return Estimate(quantity.value, (high - low) / math.sqrt(12.0))
 
 
+def relative_limit(quantity: Quantity) -> float:
+    """Return half the width of a quantity's range over its value; 0 if it has none."""
+    low, high = quantity.range or (quantity.value, quantity.value)
+    return (high - low) / 2.0 / abs(quantity.value)
+
+
 def mean_of(values: Sequence[float], label: str) -> Estimate:
     """Return the mean of repeated readings, type A (GUM 4.2). ValueError for fewer than two."""
     if len(values) < 2:

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from towtank_lab.errors import ProcedureError
@@ -37,6 +38,15 @@ def read_rows(path: Path, required: Sequence[str]) -> list[dict[str, float]]:
         _row(f"{path}:{number}", names, cells)
         for (number, _), cells in zip(numbered[1:], table, strict=True)
     ]
+
+
+def rows_text(rows: Sequence[Mapping[str, float]]) -> str:
+    """Return rows of the same columns as the text of a readings file."""
+    stream = io.StringIO()
+    table = csv.DictWriter(stream, fieldnames=list(rows[0]), lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    return stream.getvalue()
 
 
 def _row(where: str, names: Sequence[str], cells: Iterable[str]) -> dict[str, float]:

@@ -34,7 +34,8 @@ class VirtualSensors:
         self._depth = step.get("depth_m", self._depth)
         if "roll_deg" in step:
             self._attitude = (math.radians(step["roll_deg"]), math.radians(step["pitch_deg"]))
-        self._crank = math.radians(step.get("angle_deg", math.degrees(self._crank)))
+        if "angle_deg" in step:
+            self._crank = math.radians(step["angle_deg"])
 
     def terminal_volts(self) -> list[float]:
         """Return the volts at the terminals in channel order."""

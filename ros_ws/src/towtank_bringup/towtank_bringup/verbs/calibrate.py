@@ -3,11 +3,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import datetime
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,7 @@ import click
 from rich.console import Console
 from rich.table import Table
 from towtank_daq.board import BoardError
-from towtank_daq.description import installed_description, load_description
-from towtank_daq.serial_port import SerialPort
 from towtank_lab import procedures
-from towtank_lab.board_readings import BoardReadings
 from towtank_lab.calibration_record import (
     Circumstances,
     make_record,
@@ -27,22 +23,27 @@ from towtank_lab.calibration_record import (
     write_referring_rig,
 )
 from towtank_lab.errors import ProcedureError
-from towtank_lab.guide import Station, Terminal, accelerometer_rows, crank_rows, pressure_rows
+from towtank_lab.guide import accelerometer_rows, crank_rows, pressure_rows
 from towtank_lab.procedures import Evaluation, Row
-from towtank_lab.readings_file import read_rows
 from towtank_rig import Rig, RigError, load_rig
-from towtank_rig.calibration_files import BoardIdentity, CalibrationFile
+from towtank_rig.calibration_files import CalibrationFile
 
-from towtank_bringup.plan import PlanError, conversion_noise
+from towtank_bringup.calibration_session import (
+    Guide,
+    Readings,
+    read_file,
+    take_at_port,
+    take_at_virtual_board,
+)
+from towtank_bringup.plan import PlanError
 from towtank_bringup.processes import ProcessError
-from towtank_bringup.progress import ProgressLine
 from towtank_bringup.rigs import rig_path
-from towtank_bringup.virtual_station import virtual_station
 
 _OPTIONS = (
     click.option("--rig", "rig_name", required=True, help="Rig file, or name of a shipped one."),
     click.option("--port", type=click.Path(path_type=Path), help="Serial port of the ADC board."),
-    click.option("--virtual", type=int, metavar="SEED", help="Virtual board and sensors instead."),
+    click.option("--virtual", is_flag=True, help="The virtual board and virtual sensors instead."),
+    click.option("--seed", type=int, default=1, help="Virtual sensors: seed of their errors (1)."),
     click.option(
         "--readings", type=click.Path(path_type=Path), help="CSV with readings already taken."
     ),
@@ -78,7 +79,8 @@ class _Wishes:
 
     rig_name: str
     port: Path | None
-    virtual: int | None
+    virtual: bool
+    seed: int
     readings: Path | None
     by: str
     reference: str
@@ -89,8 +91,7 @@ class _Wishes:
     as_json: bool
 
     def __post_init__(self) -> None:
-        given = sum(x is not None for x in (self.port, self.virtual, self.readings))
-        if given != 1:
+        if sum((self.port is not None, self.virtual, self.readings is not None)) != 1:
             raise click.UsageError("give one of --port, --virtual and --readings")
 
 
@@ -168,28 +169,29 @@ def crank(angles: str, heights: bool, mark_limit: float, **options: Any) -> None
     )
 
 
-_Guide = Callable[[Rig, float, Terminal, Station], list[Row]]
 _Evaluate = Callable[[Rig, Sequence[Row]], Evaluation]
 
 
-def _run(wishes: _Wishes, columns: Sequence[str], guide: _Guide, evaluate: _Evaluate) -> None:
+def _run(wishes: _Wishes, columns: Sequence[str], guide: Guide, evaluate: _Evaluate) -> None:
     """Take or read the rows, evaluate them, write and tell what was found."""
     try:
         rig_file = rig_path(wishes.rig_name)
         rig = load_rig(rig_file)
-        rows, board, conditions = _rows(wishes, rig, rig_file, columns, guide)
-        evaluation = evaluate(rig, rows)
+        if wishes.new_rig and wishes.new_rig.exists():
+            raise ProcedureError(f"{wishes.new_rig} exists: give another file with --new-rig")
+        readings = _readings(wishes, rig, rig_file, columns, guide)
+        evaluation = evaluate(rig, readings.rows)
         record = make_record(
             rig,
             evaluation,
-            rows,
+            readings.rows,
             Circumstances(
                 datetime.datetime.now(datetime.UTC),
                 wishes.by,
                 wishes.reference,
                 datetime.timedelta(days=wishes.valid_days),
-                board,
-                conditions,
+                readings.board,
+                readings.conditions,
             ),
         )
         folder = wishes.out or rig_file.parent / "calibrations"
@@ -204,45 +206,14 @@ def _run(wishes: _Wishes, columns: Sequence[str], guide: _Guide, evaluate: _Eval
         _print(record, evaluation, path, plot, wishes.new_rig)
 
 
-def _rows(
-    wishes: _Wishes, rig: Rig, rig_file: Path, columns: Sequence[str], guide: _Guide
-) -> tuple[list[Row], BoardIdentity | None, Mapping[str, float | str]]:
+def _readings(
+    wishes: _Wishes, rig: Rig, rig_file: Path, columns: Sequence[str], guide: Guide
+) -> Readings:
     if wishes.readings is not None:
-        rows = read_rows(wishes.readings, columns)
-        return rows, None, {"readings_file": wishes.readings.name}
-    progress = ProgressLine()
-    with _station(wishes, rig, rig_file) as (port, move):
-        description = load_description(installed_description())
-        line = SerialPort(str(port), description.wire.baud)
-        try:
-            board = BoardReadings(line, rig, description, progress)
-            noise = {
-                channel.name: volts / channel.gain
-                for channel, volts in zip(description.channels, conversion_noise(rig), strict=True)
-            }
-            desk = Terminal(_ask, lambda text: click.echo(text, err=True), progress)
-            rows = guide(rig, wishes.seconds, desk, Station(move, board.take, noise))
-        finally:
-            line.close()
-    virtual = {"virtual_board_seed": wishes.virtual} if wishes.virtual is not None else {}
-    return rows, board.identity, {**board.conditions("excitation"), **virtual}
-
-
-@contextlib.contextmanager
-def _station(
-    wishes: _Wishes, rig: Rig, rig_file: Path
-) -> Iterator[tuple[Path, Callable[[Mapping[str, float]], None]]]:
-    """The board's port, and what moves the sensors: somebody's hands, or the virtual bench."""
+        return read_file(wishes.readings, columns)
     if wishes.port is not None:
-        yield wishes.port, lambda step: None
-        return
-    assert wishes.virtual is not None
-    with virtual_station(rig, rig_file, wishes.virtual) as (port, sensors):
-        yield port, sensors.move
-
-
-def _ask(question: str) -> str:
-    return click.prompt(question, default="", show_default=False, err=True)
+        return take_at_port(wishes.port, rig, wishes.seconds, guide)
+    return take_at_virtual_board(wishes.seed, rig, rig_file, wishes.seconds, guide)
 
 
 def _numbers(text: str, option: str) -> list[float]:
