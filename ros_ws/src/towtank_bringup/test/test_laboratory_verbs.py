@@ -154,6 +154,9 @@ def test_readings_that_do_not_serve_are_refused_in_one_line(tmp_path, text, word
 
 def test_one_source_of_readings_is_wanted(tmp_path):
     assert "give one of --port, --virtual" in run("calibrate", "crank", *WHO).output
+    for option, text in (("--angles", "0,nan"), ("--mark-limit", "-1")):
+        bad = run("calibrate", "crank", *WHO, "--virtual", option, text)
+        assert bad.exit_code == 2 and option in bad.output
     missing = run("calibrate", "crank", *WHO, "--port", tmp_path / "ttyACM9")
     assert missing.exit_code == 1 and "does not exist" in missing.output
 

@@ -7,6 +7,7 @@ and a test are the same to it. It yields each row, as a readings file has it, wh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -174,6 +175,9 @@ def _number(desk: Terminal, question: str, default: float | None) -> float:
         if not answer and default is not None:
             return default
         try:
-            return float(answer)
+            number = float(answer)
         except ValueError:
-            desk.say(f"   {answer!r} is no number: write it like 0.5")
+            number = math.nan
+        if math.isfinite(number):
+            return number
+        desk.say(f"   {answer!r} is no number: write it like 0.5")

@@ -39,6 +39,8 @@ from towtank_bringup.plan import PlanError
 from towtank_bringup.processes import ProcessError
 from towtank_bringup.rigs import rig_path
 
+_LIMIT = click.FloatRange(min=0.0)
+
 _OPTIONS = (
     click.option("--rig", "rig_name", required=True, help="Rig file, or name of a shipped one."),
     click.option("--port", type=click.Path(path_type=Path), help="Serial port of the ADC board."),
@@ -110,8 +112,15 @@ def command() -> None:
     default="0,0.5,1,1.5,2,1.5,1,0.5,0",
     help="Depths of the guided immersions, m, in their order (0,0.5,1,1.5,2 and back).",
 )
-@click.option("--tape-limit", default=5e-4, help="Limit of the tape's relative error (0.0005).")
-@click.option("--zero-limit", default=2e-3, help="Limit of the tape's zero at the port, m (0.002).")
+@click.option(
+    "--tape-limit", type=_LIMIT, default=5e-4, help="Limit of the tape's relative error (0.0005)."
+)
+@click.option(
+    "--zero-limit",
+    type=_LIMIT,
+    default=2e-3,
+    help="Limit of the tape's zero at the port, m (0.002).",
+)
 @_common
 def pressure(
     sensor: str, depths: str, tape_limit: float, zero_limit: float, **options: Any
@@ -129,7 +138,12 @@ def pressure(
 
 
 @command.command()
-@click.option("--level-limit", default=0.3, help="Limit of the table's inclination, degrees (0.3).")
+@click.option(
+    "--level-limit",
+    type=_LIMIT,
+    default=0.3,
+    help="Limit of the table's inclination, degrees (0.3).",
+)
 @click.option(
     "--tilts",
     default="",
@@ -156,7 +170,9 @@ def accelerometer(level_limit: float, tilts: str, **options: Any) -> None:
     help="Angles of the marks, degrees, in their order (0, 90 ... 720).",
 )
 @click.option("--heights", is_flag=True, help="Ask for the tow point's height at each mark, too.")
-@click.option("--mark-limit", default=0.5, help="Limit of mark 0's place, degrees (0.5).")
+@click.option(
+    "--mark-limit", type=_LIMIT, default=0.5, help="Limit of mark 0's place, degrees (0.5)."
+)
 @_common
 def crank(angles: str, heights: bool, mark_limit: float, **options: Any) -> None:
     """Turn the crank to known marks: counts per turn, direction, zero."""
@@ -216,9 +232,16 @@ def _readings(
     return take_at_virtual_board(wishes.seed, rig, rig_file, wishes.seconds, guide)
 
 
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(text)
+    return number
+
+
 def _numbers(text: str, option: str) -> list[float]:
     try:
-        return [float(part) for part in text.split(",")]
+        return [_finite(part) for part in text.split(",")]
     except ValueError:
         raise click.UsageError(f"{option} {text!r}: give numbers with commas between") from None
 
@@ -226,7 +249,7 @@ def _numbers(text: str, option: str) -> list[float]:
 def _tilts(text: str) -> list[tuple[float, float]]:
     try:
         pairs = [part.split(":") for part in text.split(",") if part.strip()]
-        return [(float(roll), float(pitch)) for roll, pitch in pairs]
+        return [(_finite(roll), _finite(pitch)) for roll, pitch in pairs]
     except ValueError:
         raise click.UsageError(f"--tilts {text!r}: give ROLL:PITCH, with commas between") from None
 
