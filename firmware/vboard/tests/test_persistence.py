@@ -7,8 +7,8 @@ import struct
 from pathlib import Path
 
 import pytest
-from board_link import IDENTIFY, Frames, request
-from vboard import VirtualBoard, VirtualBoardError
+from board_link import BOOT, IDENTIFY, Frames, request
+from vboard import ResetCause, VirtualBoard, VirtualBoardError
 
 MILLISECOND = 1_000_000
 SYNC = 0x06
@@ -53,6 +53,22 @@ def test_preset_time(board_elf: Path) -> None:
         board.preset("overflows", struct.pack("<I", 65535))
         ticks, _ = struct.unpack("<QQ", ask(board, SYNC))
         assert 65535 << 16 <= ticks < (65535 << 16) + 400_000  # 0.2 s
+
+
+def test_the_boot_count_passes_its_end(board_elf: Path) -> None:
+    """Three times: the complement beside it shows that the RAM kept it over the reset."""
+    frames = Frames()
+    with VirtualBoard(board_elf) as board:
+        for _ in range(3):
+            board.run_until(board.now_ns + 50 * MILLISECOND)
+            board.preset("boots", b"\xff\xff")
+            board.preset("boots_complement", b"\x00\x00")
+            for _ in range(2):
+                board.reset(ResetCause.WATCHDOG)
+                board.run_until(board.now_ns + 50 * MILLISECOND)
+        frames.take(board.read())
+    counts = [struct.unpack_from("<H", boot, 2)[0] for boot in frames.of_type(BOOT)]
+    assert counts == [1, 0, 1, 0, 1, 0, 1]
 
 
 def test_preset_of_what_is_not_there(board_elf: Path) -> None:
