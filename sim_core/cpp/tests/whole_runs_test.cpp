@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of force, every integrator, statics, saved states, halved steps and failures in short runs, for the
-// sanitizers (SIM_CORE_SANITIZE) to look at. What the numbers should be is tested in ../../tests.
+// Every kind of force, every integrator, every law of motion, statics, winches, contact, step control, balances, saved
+// states, halved steps and failures in short runs, for the sanitizers (SIM_CORE_SANITIZE) to look at. What the numbers should be is tested in ../../tests.
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "sim_core/backward_euler.hpp"
@@ -12,12 +16,16 @@
 #include "sim_core/error.hpp"
 #include "sim_core/forward_euler.hpp"
 #include "sim_core/generalized_alpha.hpp"
+#include "sim_core/heave.hpp"
 #include "sim_core/hht.hpp"
 #include "sim_core/newmark.hpp"
 #include "sim_core/recorder.hpp"
+#include "sim_core/ship_response.hpp"
 #include "sim_core/simulator.hpp"
 #include "sim_core/single_step_houbolt.hpp"
 #include "sim_core/statics.hpp"
+#include "sim_core/time_series.hpp"
+#include "sim_core/turn.hpp"
 
 namespace {
 
@@ -69,7 +77,7 @@ Body finned_fish() {
 /// with a fin, and a fish on two legs (a closed loop).
 std::shared_ptr<const Model> everything() {
     Water water;
-    water.current = {0.1, 0.2, 0.0};
+    water.current.uniform = {0.1, 0.2, 0.0};
     ModelBuilder builder{water};
     builder.add_prescribed_point("tow_point");
     builder.add_free_point("junction", {0.2, 1e-4, FixedAxes{Vec3::Constant(0.002), Vec3::Constant(0.05)}});
@@ -128,17 +136,24 @@ void test_saved_states(const State& start) {
     check(refused && other.state().save() == simulator.state().save(), "a state cut short changes nothing");
 }
 
+/// A tow point that no solution can follow.
+class Nowhere : public Motion {
+  public:
+    MotionSample at(double) const override { return {Vec3::Constant(std::nan("")), Vec3::Zero(), Vec3::Zero()}; }
+};
+
 void test_halved_steps(const State& start) {
     const Motions motions{&kCrank};
     Simulator simulator(start, std::make_shared<GeneralizedAlpha>(0.8), 0.2, NewtonSettings{2, 1e-8});
     simulator.step(0.4, motions);
     check(simulator.statistics().halvings > 0 && simulator.state().finite(), "hard steps are halved");
 
-    Simulator hopeless(start, std::make_shared<GeneralizedAlpha>(0.8), 0.2, NewtonSettings{0, 1e-12});
+    const Nowhere nowhere;
+    Simulator hopeless(start, std::make_shared<GeneralizedAlpha>(0.8), 0.2, NewtonSettings{});
     const std::string before = hopeless.state().save();
     bool stopped = false;
     try {
-        hopeless.step(0.4, motions);
+        hopeless.step(0.4, {&nowhere});
     } catch (const ConvergenceError&) {
         stopped = true;
     }
@@ -167,6 +182,141 @@ void test_records(const State& start) {
     check(std::isfinite(e.kinetic + e.gravity + e.elastic) && e.kinetic > 0.0, "and has energy");
 }
 
+/// A hull given by a table, with a pair of fins in the downwash of another.
+Body tabled_fish() {
+    Body fish = finned_fish();
+    fish.axial_drag = 0.0;
+    fish.munk_moment = 0.0;
+    Fin front = fish.fins[0];
+    front.position.x() = 0.3;
+    fish.fins.push_back(front);
+    fish.downwash.push_back({2, 0, 0.4});
+    HullTable table;
+    table.attack = table.sideslip = {-0.4, 0.0, 0.4};
+    for (const double attack : table.attack) {
+        for (const double sideslip : table.sideslip) {
+            table.coefficients.push_back({0.3 + attack * attack + sideslip * sideslip, -0.5 * sideslip, 0.5 * attack, 0.0,
+                                          -0.3 * attack, -0.3 * sideslip});
+        }
+    }
+    table.area = 0.0095;
+    table.length = 1.3;
+    fish.hull_table = table;
+    return fish;
+}
+
+Sea sea() {
+    Jonswap spectrum;
+    spectrum.significant_height = 0.2;
+    spectrum.peak_period = 2.0;
+    spectrum.spreading = 4.0;
+    spectrum.components = 20;
+    return jonswap_sea(spectrum, 5.0, 9.81, 0.5);
+}
+
+const Vec3 kShip(0.0, 0.0, 0.2);
+const double kFirstLength = 3.0;  // m out
+
+/// In a rough tank: a faired line with measured characteristics, on a winch if `paid_out` says how much is out, which ends
+/// at a weathervane just above the floor; from there a stiff line, clamped to the second of two bodies, the first of which the tow point holds.
+std::shared_ptr<const Model> rough_tow(double length, const std::optional<double>& paid_out) {
+    Water water;
+    water.waves = sea();
+    water.current.uniform = {0.05, 0.0, 0.0};
+    water.current.profile.emplace("profile", std::vector<std::pair<double, Vec3>>{{0.0, {0.1, 0, 0}}, {-5.0, {0, 0, 0}}});
+    water.current.series.emplace("series", std::vector<std::pair<double, Vec3>>{{0.0, {0, 0, 0}}, {9.0, {0, 0.1, 0}}});
+    ModelBuilder builder{water};
+    Tank tank;
+    tank.floor = -3.5;
+    tank.width = 6.0;
+    tank.ends = {-50.0, 50.0};
+    tank.stiffness = 1e4;
+    tank.damping = 0.5;
+    tank.friction = 0.3;
+    builder.set_tank(tank);
+    builder.add_prescribed_point("ship");
+    builder.add_free_point("depressor", {9.0, 0.697e-3, Weathervane{{0.004, 0.01, 0.01}, {0.3, 0.6, 0.6}, 0.05}});
+    builder.add_body("float", finned_fish());
+    builder.add_body("fish", tabled_fish());
+    LineProperties measured = cable(length);
+    measured.axial_stiffness = Table{{0.0, 0.0}, {0.01, 1e3}, {0.02, 4e3}};
+    measured.normal_drag = Table{{1e2, 1.2}, {1e5, 1.0}};
+    measured.tangential_drag = Table{{1e2, 0.02}, {1e5, 0.01}};
+    measured.lift = 0.05;
+    builder.add_line("wound", {"ship", {}, {}}, {"depressor", {}, {}}, {{measured, 16}});
+    if (paid_out) builder.add_winch("wound", *paid_out);
+    LineProperties stiff = cable(1.2);
+    stiff.bending_stiffness = 0.05;
+    const Vec3 nose(0.65, 0.0, 0.0);
+    builder.add_line("stiff", {"depressor", {}, {}}, {"fish", nose, Vec3(-Vec3::UnitX())}, {{stiff, 4}});
+    builder.add_line("second", {"ship", {}, {}}, {"float", nose, {}}, {{cable(2.0), 4}});
+    return std::make_shared<const Model>(builder.build());
+}
+
+ResponseOperators operators() {
+    std::array<std::vector<double>, 6> amplitude, phase;
+    for (std::size_t motion = 0; motion < 6; ++motion) {
+        amplitude[motion] = {motion < 3 ? 0.4 : 0.1, motion < 3 ? 0.2 : 0.0};
+        phase[motion] = {0.0, 1.0};
+    }
+    return {{0.1, 100.0}, {0.0}, amplitude, phase};
+}
+
+const Vec3 kAhead(1.0, 0.0, 0.0);
+const ShipInSea kShipInSea(kShip, kAhead, sea(), operators(), Vec3(-2.0, 0.3, 0.5), 0.0);
+
+void test_chosen_steps_and_balances() {
+    const auto model = rough_tow(3.5, {});
+    const double tolerance = 0.05;
+    Simulator simulator(steady_tow(model, {kShip}, kAhead), std::make_shared<GeneralizedAlpha>(0.8), 0.02, NewtonSettings{},
+                        StepControl{1e-4, 1e-6}, EnergyWatch{tolerance});
+    const Recording recording = record_run(simulator, {&kShipInSea}, 2.0, 0.1);
+    check(simulator.statistics().rejections > 0, "steps are chosen by their error");
+    const EnergyBalance& balance = recording.energy.back();
+    check(recording.energy.size() == 21 && std::abs(balance.numerical) <= tolerance * balance.exchanged,
+          "and the energy is accounted for");
+}
+
+void test_winch_and_contact() {
+    const auto model = rough_tow(8.0, kFirstLength);
+    Simulator simulator(steady_tow(model, {kShip}, kAhead), std::make_shared<GeneralizedAlpha>(0.8), 0.01, NewtonSettings{});
+    simulator.set_payout("wound", std::make_shared<SteadyPayout>(kFirstLength, 5.0, 1.0, 0.0, 0.2));
+    const Recording out = record_run(simulator, {&kShipInSea}, 2.5, 0.1);
+    check(out.paid_out.back() == 5.0 && simulator.state().winches[0].drum == 6, "a winch pays out in a sea");
+    check(!simulator.contacts().events().empty(), "the depressor touches the floor");
+
+    simulator.restore(simulator.state().save());
+    simulator.set_payout("wound", std::make_shared<PayoutSeries>(Table{{2.5, 5.0}, {4.5, 2.5}}));
+    const Vec3 ahead = simulator.state().position[model->free_sites] + 0.1 * kAhead;
+    simulator.step_to(2.6, ahead, kAhead);
+    const SteadyTow on(ahead - 2.6 * kAhead, kAhead, 0.0);
+    simulator.step(4.6, {&on});
+    check(simulator.state().winches[0].drum == 11, "and hauls in again, live and by a law");
+}
+
+/// Velocity is the derivative of position, and acceleration that of velocity, to the error of central differences.
+void test_laws_of_motion() {
+    const Vec3 velocity(1.5, 0.0, 0.0);
+    const SteadyTow steady(kShip, velocity, 1.0);
+    const EmergencyStop stop(kShip, velocity, 2.0, 1.5, 1.0);
+    const auto turn = std::make_shared<Turn>(kShip, velocity, 0.5, 2.0, 2.0, 0.5, 0.0);
+    const auto heave = std::make_shared<Sinusoid>(Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), 0.1, 1.6, 0.0, 1.0, 0.0);
+    const MotionSum both({turn, heave});
+    const TimeSeries series({0.0, 2.0, 4.0}, {kShip, kShip + velocity, kShip}, {velocity, Vec3(Vec3::Zero()), velocity});
+    const double d = 1e-5;  // s; the third derivatives are below 100 m/s³, so the error is below 1e-8
+    bool alike = true;
+    for (const Motion* law : {static_cast<const Motion*>(&steady), static_cast<const Motion*>(&stop),
+                              static_cast<const Motion*>(&both), static_cast<const Motion*>(&series),
+                              static_cast<const Motion*>(&kShipInSea), static_cast<const Motion*>(&kCrank)}) {
+        for (double time = 0.05; time < 4.0; time += 0.0973) {
+            const MotionSample before = law->at(time - d), now = law->at(time), after = law->at(time + d);
+            alike &= ((after.position - before.position) / (2 * d) - now.velocity).norm() < 1e-7;
+            alike &= ((after.velocity - before.velocity) / (2 * d) - now.acceleration).norm() < 1e-7;
+        }
+    }
+    check(alike, "velocity and acceleration follow from the position in every law of motion");
+}
+
 }  // namespace
 
 int main() {
@@ -177,5 +327,8 @@ int main() {
     test_halved_steps(start);
     test_snap();
     test_records(start);
+    test_chosen_steps_and_balances();
+    test_winch_and_contact();
+    test_laws_of_motion();
     return failures == 0 ? 0 : 1;
 }

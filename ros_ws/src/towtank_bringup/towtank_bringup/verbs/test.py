@@ -13,10 +13,19 @@ import click
 from towtank_bringup.source_tree import source_tree
 
 PYTEST = (sys.executable, "-m", "pytest")
+SANITIZED = "build/sim_core_sanitized"
+SANITIZED_OPTIONS = (
+    *("-G", "Ninja", "--log-level=WARNING", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON"),
+    *("-DSIM_CORE_TESTS=ON", "-DSIM_CORE_SANITIZE=ON"),
+)
 CHECKS = (
     (sys.executable, "-m", "ruff", "check"),
     (sys.executable, "-m", "ruff", "format", "--check", "--quiet"),
     ("make", "--no-print-directory", "-C", "firmware", "test"),
+    # sim_core alone, without Python: no warnings, memory errors or undefined behaviour.
+    ("cmake", "-S", "sim_core", "-B", SANITIZED, *SANITIZED_OPTIONS),
+    ("cmake", "--build", SANITIZED, "--", "--quiet"),
+    ("ctest", "--test-dir", SANITIZED, "--output-on-failure"),
 )
 REAL_TIME = "trial or real_time"
 """Markers of the tests that need their processes in time: nothing else may run beside them."""
@@ -30,7 +39,7 @@ TESTS = (
 @click.command(name="test", context_settings={"ignore_unknown_options": True})
 @click.argument("pytest_arguments", nargs=-1, type=click.UNPROCESSED)
 def command(pytest_arguments: tuple[str, ...]) -> None:
-    """Run the linter, the firmware's host tests and all Python tests.
+    """Run the linter, the host tests of firmware and sim_core, and all Python tests.
 
     The Python tests run on all cores; those that run in real time come after them, one at a time.
     With arguments, run pytest alone with them, in the project's environment.
