@@ -109,8 +109,3 @@ def test_bodies_read_back_as_given():
     body = sc.Body(**BODY, centre_of_gravity=(0, 0, -0.02), munk_moment=0.5)
     assert body.centre_of_gravity.tolist() == [0, 0, -0.02]
     assert (body.mass, body.munk_moment, body.strips) == (5.0, 0.5, 20)
-
-
-def test_public_names_are_all_there():
-    for name in sc.__all__:
-        assert getattr(sc, name).__doc__, name
