@@ -159,6 +159,12 @@ bool State::finite() const {
     return std::isfinite(sum);
 }
 
+void State::set_time(double new_time) {
+    if (!std::isfinite(new_time)) throw InvalidInput("the time must be finite");
+    time = new_time;
+    accelerations_known = false;
+}
+
 void State::set_point(const std::string& name, const Vec3& new_position, const Vec3& new_velocity) {
     require_finite(new_position, new_velocity, name);
     const int site = model->points[model->point_index(name)].site;

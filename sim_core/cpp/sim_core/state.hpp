@@ -76,6 +76,7 @@ struct State {
     bool finite() const;
 
     // Setting by name. Throws InvalidInput for an unknown name or values that are not finite.
+    void set_time(double time);  ///< s
     void set_point(const std::string& name, const Vec3& position, const Vec3& velocity);
     void set_body(const std::string& name, const Vec3& position, const Quat& attitude, const Vec3& velocity,
                   const Vec3& angular_velocity);

@@ -219,6 +219,8 @@ A new one has everything at rest at the origin; steady_tow() makes one in equili
 something was set by hand the simulator first solves for the accelerations.)");
     state.def("__init__", [](State* self, const SharedModel& model) { new (self) State(model.model); }, "model"_a)
         .def("copy", [](const State& s) { return State(s); }, "An independent, exact copy.")
+        .def("set_time", &State::set_time, "time"_a,
+             "Set the time, s: motions and moving water are taken from there on.")
         .def(
             "set_point",
             [](State& s, const std::string& point, const Triple& position, const Triple& velocity) {
