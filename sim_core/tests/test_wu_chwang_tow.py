@@ -73,7 +73,8 @@ def test_converged_in_segments_and_step(wu_chwang_model, harmonic, twenty_segmen
 
 
 @pytest.mark.parametrize(
-    ("axial_drag", "depressor", "nose"), [(0.6, 0.0788, 0.00461), (1.5, 0.0724, 0.0187)]
+    ("axial_drag", "depressor", "nose"),
+    [(0.6, 0.0788, 0.00461), (1.5, 0.0724, 0.0187), (2.5, 0.0679, 0.0468)],
 )
 def test_dependence_on_axial_drag(wu_chwang_model, harmonic, axial_drag, depressor, nose):
     values = measured(wu_chwang_model(axial_drag=axial_drag), harmonic)
