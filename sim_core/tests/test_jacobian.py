@@ -147,6 +147,90 @@ def test_matches_differences_with_all_terms(soft_model, height, seed, stretch, r
     assert np.abs(analytic - numeric).max() < 2e-6 * scale
 
 
+#: A line, a point and a body with nothing but inertia and elasticity; lengths m.
+BARE_LINE = {
+    "length": 0.9, "diameter": 0.02, "mass_per_length": 0.5, "axial_stiffness": 100.0,
+    "slack_tension": 3.0, "normal_drag": 0.0, "tangential_drag": 0.0, "added_mass": 0.0,
+}  # fmt: skip
+BARE_POINT = {"mass": 0.5}
+BARE_BODY = {
+    "mass": 5.0, "inertia": (0.2, 0.6, 0.7), "volume": 1e-9, "diameter": 0.1, "length": 1.0,
+    "axial_drag": 0.0, "cross_flow_drag": 0.0, "munk_moment": 0.0, "strips": 5,
+}  # fmt: skip
+FIN = sc.Fin(position=(-0.4, 0.1, 0.02), normal=(0.1, 1, 0.3), area=0.01, lift_slope=3.0)
+VANE = {"volume": 1e-9, "drag_area": (0.002, 0.02, 0.01), "turning_speed": 0.4}
+
+#: One force each: what of the line, the point, the weathervane and the body it takes.
+SINGLE_TERMS = {
+    "elasticity": {},
+    "tension table": {"line": {"axial_stiffness": [(0.0, 0.0), (0.1, 5.0), (0.4, 30.0)]}},
+    "structural damping": {"line": {"axial_damping": 3.0}},
+    "bending": {"line": {"bending_stiffness": 1.0}},
+    "normal drag": {"line": {"normal_drag": 1.2}},
+    "normal drag by Reynolds number": {"line": {"normal_drag": [(1e2, 1.5), (1e5, 0.3)]}},
+    "tangential drag": {"line": {"tangential_drag": 0.5}},
+    "lift of a fairing": {"line": {"lift": 0.4}},
+    "added mass of a line": {"line": {"added_mass": 1.0}},
+    "drag of a point": {"point": {"drag_area": 0.01}},
+    "drag of a point by axis": {"point": {"drag_area": (1e-3, 2e-2, 3e-2)}},
+    "added mass of a point": {"point": {"added_mass": (0.1, 0.2, 0.3)}},
+    "buoyancy of a point": {"point": {"volume": 1e-2}},
+    "drag of a weathervane": {"vane": {}},
+    "added mass of a weathervane": {"vane": {"added_mass": (0.1, 0.9, 0.5)}},
+    "weight of a body": {"body": {"centre_of_gravity": (0.02, -0.01, -0.03)}},
+    "buoyancy of a body": {"body": {"volume": 5e-3, "centre_of_buoyancy": (0.01, 0.005, 0.02)}},
+    "axial drag": {"body": {"axial_drag": 0.5}},
+    "cross-flow drag": {"body": {"cross_flow_drag": 1.1}},
+    "added mass of a body": {"body": {"added_mass": full_added_mass()}},
+    "Munk moment": {"body": {"added_mass": (0.5, 5.0, 5.0, 0.0, 0.3, 0.3), "munk_moment": 1.0}},
+    "fin": {"body": {"fins": [FIN]}},
+}
+
+
+def bare_model(water, line=None, point=None, vane=None, body=None):
+    """A line from the tow point to a point or weathervane, and on to a body if there is a force on
+    it."""
+    b = sc.ModelBuilder(water)
+    b.add_prescribed_point("top")
+    if vane is None:
+        b.add_free_point("end", **BARE_POINT | (point or {}))
+    else:
+        b.add_weathervane("end", **BARE_POINT | VANE | vane)
+    properties = sc.LineProperties(**BARE_LINE | (line or {}))
+    b.add_line("line", "top", "end", properties, segments=3)
+    if body is not None:
+        b.add_body("fish", sc.Body(**BARE_BODY | body))
+        attachment = (0.5, 0.02, 0.05)
+        b.add_line("leg", "end", "fish", properties, segments=1, attachment=attachment)
+    return b.build()
+
+
+@pytest.mark.parametrize("water", [sc.Water(current=(0.2, -0.1, 0.05)), moving_water()])
+@pytest.mark.parametrize("term", SINGLE_TERMS)
+@settings(max_examples=4, deadline=None)
+@given(
+    height=st.floats(-1.0, 1.2),
+    seed=st.integers(0, 2**32 - 1),
+    rates=st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 300.0, 1e5)]),
+)
+def test_matches_differences_with_one_term(term, water, height, seed, rates):
+    model = bare_model(water, **SINGLE_TERMS[term])
+    rng = np.random.default_rng(seed)
+    state = sc.State(model)
+    state.set_point("top", (0, 0, height))
+    for node in (1, 2):
+        state.set_line_node("line", node, (0.1 * node, 0, height - 0.3 * node))
+    state.set_point("end", (0.3, 0, height - 0.9))
+    if "body" in SINGLE_TERMS[term]:
+        state.set_body("fish", (-1.0, 0.1, height - 1.0), rng.normal(size=4))
+    for size, order in ((0.03, (1, 0, 0)), (0.5, (0, 1, 0)), (2.0, (0, 0, 1))):
+        state = _core._displaced(state, size * rng.normal(size=model.unknowns), order)
+    analytic = _core._jacobian(state, rates)
+    numeric = central_differences(state, rates)
+    scale = max(rates[0] * 1e3, rates[1] * 10, rates[2] * 10)  # as above
+    assert np.abs(analytic - numeric).max() < 2e-6 * scale
+
+
 @pytest.fixture(scope="module")
 def bending_model():
     """Springs at inner nodes and at clamped ends on a prescribed point and on bodies, a single
