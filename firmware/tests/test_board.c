@@ -1,22 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the board does by itself: boot frame, health, host silence, watchdog.
-#include <stdlib.h>
-
 #include "check.h"
 #include "whole_board.h"
-
-static int power_up(void **state)
-{
-    *state = whole_board_new();
-    return 0;
-}
-
-static int power_down(void **state)
-{
-    free(*state);
-    return 0;
-}
 
 static void the_first_frame_is_the_boot_frame(void **state)
 {
@@ -116,7 +102,8 @@ static void a_dead_sample_timer_starves_the_watchdog(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, power_up, power_down)
+#define TEST(name)                                                                  \
+    cmocka_unit_test_setup_teardown(name, whole_board_power_up, whole_board_power_down)
     const struct CMUnitTest tests[] = {
         TEST(the_first_frame_is_the_boot_frame),
         TEST(the_board_starts_idle_with_the_adc_held),

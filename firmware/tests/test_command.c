@@ -5,20 +5,6 @@
 #include "configuration.h"
 #include "whole_board.h"
 
-static int power_up(void **state)
-{
-    struct whole_board *whole = whole_board_new();
-    whole_board_forget(whole);
-    *state = whole;
-    return 0;
-}
-
-static int power_down(void **state)
-{
-    free(*state);
-    return 0;
-}
-
 static uint8_t status_of(struct whole_board *whole, uint8_t type, const uint8_t *arguments,
                          uint8_t length)
 {
@@ -305,7 +291,8 @@ static void random_bytes_and_random_requests_leave_the_board_answering(void **st
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, power_up, power_down)
+#define TEST(name)                                                                  \
+    cmocka_unit_test_setup_teardown(name, whole_board_power_up_forgetful, whole_board_power_down)
     const struct CMUnitTest tests[] = {
         TEST(identify_says_who_the_board_is),
         TEST(identify_lies_on_the_wire_as_the_protocol_says),

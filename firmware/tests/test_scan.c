@@ -10,20 +10,6 @@
 #define PERIOD_MS 10
 #define ALL_VALID 0x3F
 
-static int power_up(void **state)
-{
-    struct whole_board *whole = whole_board_new();
-    whole_board_forget(whole);
-    *state = whole;
-    return 0;
-}
-
-static int power_down(void **state)
-{
-    free(*state);
-    return 0;
-}
-
 static struct start_response start(struct whole_board *whole)
 {
     struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_START, 1, NULL, 0);
@@ -462,7 +448,8 @@ static void a_full_transmit_buffer_drops_whole_records_and_counts_them(void **st
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, power_up, power_down)
+#define TEST(name)                                                                  \
+    cmocka_unit_test_setup_teardown(name, whole_board_power_up_forgetful, whole_board_power_down)
     const struct CMUnitTest tests[] = {
         TEST(every_tick_becomes_one_complete_record),
         TEST(every_rate_keeps_its_period),

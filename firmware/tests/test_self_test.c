@@ -1,22 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <stdlib.h>
-
 #include "check.h"
 #include "whole_board.h"
-
-static int power_up(void **state)
-{
-    struct whole_board *whole = whole_board_new();
-    whole_board_forget(whole);
-    *state = whole;
-    return 0;
-}
-
-static int power_down(void **state)
-{
-    free(*state);
-    return 0;
-}
 
 static struct self_test_response self_test(struct whole_board *whole)
 {
@@ -128,7 +112,8 @@ static void it_is_refused_while_streaming(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, power_up, power_down)
+#define TEST(name)                                                                  \
+    cmocka_unit_test_setup_teardown(name, whole_board_power_up_forgetful, whole_board_power_down)
     const struct CMUnitTest tests[] = {
         TEST(it_converts_the_test_inputs_of_the_data_sheet),
         TEST(a_sound_board_gives_what_its_inputs_are),

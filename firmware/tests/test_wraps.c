@@ -9,18 +9,6 @@
 #define ROUNDS 3
 #define PERIOD 20000
 
-static int power_up(void **state)
-{
-    *state = whole_board_new();
-    return 0;
-}
-
-static int power_down(void **state)
-{
-    free(*state);
-    return 0;
-}
-
 static void start(struct whole_board *whole)
 {
     struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_START, 1, NULL, 0);
@@ -131,7 +119,8 @@ static void health_and_silence_keep_their_time_over_the_end_of_32_bits(void **st
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, power_up, power_down)
+#define TEST(name)                                                                  \
+    cmocka_unit_test_setup_teardown(name, whole_board_power_up, whole_board_power_down)
     const struct CMUnitTest tests[] = {
         TEST(every_counter_of_what_went_wrong_passes_its_end),
         TEST(the_number_of_scans_passes_its_end),

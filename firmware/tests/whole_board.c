@@ -34,6 +34,25 @@ struct whole_board *whole_board_new_at(uint64_t time)
     return whole;
 }
 
+int whole_board_power_up(void **state)
+{
+    *state = whole_board_new();
+    return 0;
+}
+
+int whole_board_power_up_forgetful(void **state)
+{
+    whole_board_power_up(state);
+    whole_board_forget(*state);
+    return 0;
+}
+
+int whole_board_power_down(void **state)
+{
+    free(*state);
+    return 0;
+}
+
 static void take_in(struct whole_board *whole)
 {
     for (; whole->parsed < hal_host.sent_length; whole->parsed++) {

@@ -29,6 +29,12 @@ struct whole_board *whole_board_new(void);
 // The same with the clock at `time`.
 struct whole_board *whole_board_new_at(uint64_t time);
 
+// Setups and teardown of cmocka's tests, whose state is the board: as it comes up, or when what it
+// sent by then is forgotten.
+int whole_board_power_up(void **state);
+int whole_board_power_up_forgetful(void **state);
+int whole_board_power_down(void **state);
+
 // Runs the main loop until this time or for this long, then takes in what the board sent.
 void whole_board_run_until(struct whole_board *whole, uint64_t time);
 void whole_board_run_ms(struct whole_board *whole, uint32_t milliseconds);
