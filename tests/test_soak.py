@@ -37,7 +37,7 @@ def test_what_is_wrong_is_found(monkeypatch):
     monkeypatch.setattr("soak.VirtualBoard", FaultyBoard)
     account = soak(8)
     assert not account.complete
-    assert account.bad == account.flagged == account.events["spi_crc_errors"] > 3
+    assert account.bad == account.flagged == account.troubles["spi_crc_errors"] > 3
     assert account.wrong_counts == account.received > 650
     assert account.last_count_errors == (-20, 0)
     assert (account.lost, account.out_of_step, account.wrong_codes) == (0, 0, 0)

@@ -43,16 +43,6 @@ STAMP_S = 1e-3  # the clock's error and a look at the line each 0.5 ms
 WRAPS_TO_REACH = 3
 _QUANTUM_NS = 500_000
 _REST_S = 3  # at the end, for a last count that nothing is to be allowed for
-_EVENTS = (
-    "missed_ticks",
-    "scan_overruns",
-    "spi_crc_errors",
-    "adc_sequence_errors",
-    "illegal_steps",
-    "rx_overflows",
-    "rx_bad_frames",
-    "dropped_frames",
-)
 
 
 @dataclass(frozen=True)
@@ -88,7 +78,7 @@ class Account:
     bad_frames: int = 0
     sync_failures: int = 0
     restarts: int = 0
-    events: dict[str, int] = field(default_factory=dict)
+    troubles: dict[str, int] = field(default_factory=dict)
     """The board's own counters of what went wrong."""
     largest_sigma: float = 0.0
     wraps: list[Wraps] = field(default_factory=list)
@@ -97,7 +87,7 @@ class Account:
     @property
     def complete(self) -> bool:
         """Whether every scan that the board scheduled is there and is right."""
-        troubles = (
+        out_of_order = (
             self.lost,
             self.bad,
             self.flagged,
@@ -108,9 +98,9 @@ class Account:
             self.bad_frames,
             self.sync_failures,
             self.restarts,
-            *self.events.values(),
+            *self.troubles.values(),
         )
-        return self.received == self.scheduled > 0 and not any(troubles)
+        return self.received == self.scheduled > 0 and not any(out_of_order)
 
 
 def swing(axis: int, seconds: float) -> float:
@@ -285,7 +275,7 @@ def _settle(account: Account, driver: AdcBoard, health: HealthRecord) -> None:
     account.bad_frames = counted.frames.bad + counted.unknown_frames
     account.sync_failures = counted.sync_failures
     account.restarts = counted.restarts
-    account.events = {name: getattr(health, name) for name in _EVENTS}
+    account.troubles = health.troubles
 
 
 def say(line: str) -> None:
@@ -299,9 +289,9 @@ def tables(account: Account) -> list[Table]:
     scans.add_column("scans and frames")
     scans.add_column("number", justify="right")
     for name, value in asdict(account).items():
-        if name == "events":
-            for event, count in value.items():
-                scans.add_row(f"board: {event.replace('_', ' ')}", str(count))
+        if name == "troubles":
+            for trouble, count in value.items():
+                scans.add_row(f"board: {trouble.replace('_', ' ')}", str(count))
         elif name not in ("wraps", "board_s", "rate_hz", "cpu_s", "largest_sigma"):
             shown = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
             scans.add_row(name.replace("_", " "), shown)

@@ -226,17 +226,7 @@ class AdcBoardNode(LifecycleNode):
             details["board_configuration"] = self._protocol.configuration_origin(
                 health.configuration_origin
             )
-            for counter in (
-                "missed_ticks",
-                "scan_overruns",
-                "spi_crc_errors",
-                "adc_sequence_errors",
-                "illegal_steps",
-                "rx_overflows",
-                "rx_bad_frames",
-                "dropped_frames",
-            ):
-                details[f"board_{counter}"] = getattr(health, counter)
+            details |= {f"board_{name}": count for name, count in health.troubles.items()}
         return details
 
 

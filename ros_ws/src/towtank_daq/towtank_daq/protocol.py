@@ -58,6 +58,23 @@ class HealthRecord:
     state: int
     configuration_origin: int
 
+    @property
+    def troubles(self) -> dict[str, int]:
+        """Counters of what went wrong, by name: all 0 on a board that is well."""
+        return {name: getattr(self, name) for name in _TROUBLES}
+
+
+_TROUBLES = (
+    "missed_ticks",
+    "scan_overruns",
+    "spi_crc_errors",
+    "adc_sequence_errors",
+    "illegal_steps",
+    "rx_overflows",
+    "rx_bad_frames",
+    "dropped_frames",
+)
+
 
 @dataclass(frozen=True, slots=True)
 class BootRecord:
