@@ -18,10 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import accelerometer_conversion, mounting_rotation, rotation
+from towtank_rig.quantity import NORMAL_95
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, coverage_factor, relative_limit
+from towtank_lab.propagation import Estimate, relative_limit
 
 SIX_POSITIONS: dict[str, tuple[float, float]] = {
     "z up (upright)": (0.0, 0.0),
@@ -183,11 +184,10 @@ def drift(rig: Rig, result: AccelerometerResult) -> dict[str, object] | None:
     old = accelerometer_conversion(rig)
     slopes = np.array([e.value for e in result.sensitivity]) / old.sensitivity - 1.0
     zeros = np.array([e.value for e in result.zero_g]) - old.zero_g
-    k = coverage_factor(math.inf)
     slope_u95 = math.hypot(
-        k * before.sensitivity_error.standard_uncertainty, result.sensitivity_error
+        NORMAL_95 * before.sensitivity_error.standard_uncertainty, result.sensitivity_error
     )
-    zero_u95 = math.hypot(k * before.zero_g_error.standard_uncertainty, result.zero_g_error)
+    zero_u95 = math.hypot(NORMAL_95 * before.zero_g_error.standard_uncertainty, result.zero_g_error)
     return {
         "against": before.id,
         "sensitivity_relative": slopes.tolist(),

@@ -17,10 +17,11 @@ import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import PressureConversion, pressure_conversion, pressure_from_depth
 from towtank_rig.instruments import PressureSensorName
+from towtank_rig.quantity import NORMAL_95
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, coverage_factor, relative_limit
+from towtank_lab.propagation import Estimate, relative_limit
 
 # Depths nearer than this to one another are the same step of the stairs, m.
 _SAME_DEPTH = 0.005
@@ -152,7 +153,7 @@ def drift(rig: Rig, sensor: PressureSensorName, result: PressureResult) -> dict[
     conversion: PressureConversion = pressure_conversion(rig, sensor)
     change = result.span.value / conversion.span - 1.0
     # The record before gives its 95 % interval, or a limit of which 95 % is 1.96 sigma
-    interval = coverage_factor(math.inf) * before.span_error.standard_uncertainty
+    interval = NORMAL_95 * before.span_error.standard_uncertainty
     offset = (result.offset.value - conversion.offset) * conversion.full_scale / conversion.span
     return {
         "against": before.id,

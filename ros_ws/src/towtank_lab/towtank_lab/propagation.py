@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import stats
-from towtank_rig.quantity import Quantity
+from towtank_rig.quantity import NORMAL_95, Quantity
 
 Formula = Callable[[Mapping[str, float]], float]
 
@@ -42,7 +42,7 @@ class Propagated(Estimate):
 
 def coverage_factor(freedom: float) -> float:
     """Return Student's t of the 95 % interval; inf degrees of freedom give the normal 1.96."""
-    return float(stats.t.ppf(0.975, freedom) if math.isfinite(freedom) else stats.norm.ppf(0.975))
+    return NORMAL_95 if math.isinf(freedom) else float(stats.t.ppf(0.975, freedom))
 
 
 def within_range(quantity: Quantity) -> Estimate:
