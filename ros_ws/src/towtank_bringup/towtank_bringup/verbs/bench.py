@@ -37,7 +37,7 @@ def agreement(write: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def soak(hours: float, as_json: bool) -> None:
     """Hours of board time without the clock: firmware, virtual board and driver; every scan is
-    accounted for. From 1.8 hours on each counter and timer passes its end at least three times."""
+    accounted for. From 1.8 hours on whatever counts on passes its end three times or more."""
     source = source_tree("the benchmarks")
     run(source, "soak.py", [], "--hours", str(hours), *(["--json"] if as_json else []))
 
