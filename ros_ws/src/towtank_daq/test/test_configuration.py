@@ -20,6 +20,13 @@ def standard(description) -> Configuration:
     return configuration_at(description, 100)
 
 
+@pytest.mark.parametrize(("rate_hz", "fs"), [(10, 6), (100, 6), (200, 3)])
+def test_filter_word_fits_the_period(description, rate_hz, fs):
+    """Hand values at 200 Hz: six conversions take 3.74 ms with 3 and 4.68 ms with 4; the limit is
+    5 ms * 0.9 / 1.05 = 4.29 ms."""
+    assert configuration_at(description, rate_hz).filter_fs == fs
+
+
 def test_arguments(standard, description):
     changed = replace(standard, filter_type="sinc4", order=("accel_z", "excitation"))
     assert changed.arguments(description) == {

@@ -8,7 +8,7 @@ would do.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from towtank_daq.description import BoardDescription
@@ -17,6 +17,7 @@ from towtank_daq.protocol import ConfigurationRecord
 _NO_CHANNEL = 255
 _GAINS = (1, 2, 4, 8, 16, 32, 64, 128)
 _SLOWEST_ADC = 1.05  # its clock may be 5 % slow
+_CONVERTING = 0.9  # greatest part of a period that configuration_at lets the conversions take
 _READOUT_S = 0.2e-3  # the board's time for the last conversion and the frame
 
 
@@ -44,6 +45,10 @@ class Configuration:
         adc = board.adc
         cycles = adc.filter.types[self.filter_type].order * 32 * self.filter_fs
         return (cycles + adc.filter.dead_cycles) / adc.master_clock_hz
+
+    def longest_conversions_s(self, board: BoardDescription) -> float:
+        """Duration of a scan's conversions on the slowest ADC, s."""
+        return len(self.order) * self.conversion_s(board) * _SLOWEST_ADC
 
     def channel_delays_ns(self, board: BoardDescription) -> list[int]:
         """Instant of each channel's sample after the scan's tick, ns; 0 for one left out.
@@ -110,7 +115,7 @@ class Configuration:
                 raise ConfigurationError(f"channel '{name}' stands twice: name it once")
         if not self.order:
             raise ConfigurationError("no channel is scanned: name at least one")
-        longest_s = len(self.order) * self.conversion_s(board) * _SLOWEST_ADC + _READOUT_S
+        longest_s = self.longest_conversions_s(board) + _READOUT_S
         if longest_s > 1.0 / self.rate_hz:
             raise ConfigurationError(
                 f"{len(self.order)} channels at {self.rate_hz} Hz with {self.filter_type} and "
@@ -121,14 +126,22 @@ class Configuration:
 
 
 def configuration_at(board: BoardDescription, rate_hz: int) -> Configuration:
-    """board.yaml's configuration at a scan rate, with the longest default filter that fits it."""
-    return Configuration(
+    """board.yaml's configuration at a scan rate: with its filter word, or less where that is too
+    slow to leave a tenth of the period for reading out."""
+    words = board.adc.filter.fs
+    configuration = Configuration(
         rate_hz=rate_hz,
         filter_type=board.adc.filter.type,
-        filter_fs=board.filter_fs(rate_hz) if rate_hz > 0 else board.adc.filter.fs.default,
+        filter_fs=words.default,
         gains=tuple(board.adc.setups[channel.setup].pga for channel in board.channels),
         order=tuple(board.channel_names),
     )
+    while (
+        configuration.filter_fs > words.minimum
+        and configuration.longest_conversions_s(board) * rate_hz > _CONVERTING
+    ):
+        configuration = replace(configuration, filter_fs=configuration.filter_fs - 1)
+    return configuration
 
 
 def configuration_of(record: ConfigurationRecord, board: BoardDescription) -> Configuration:

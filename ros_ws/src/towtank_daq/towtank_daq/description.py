@@ -162,23 +162,6 @@ class BoardDescription(BaseModel):
             pga=float(setup.pga if gain is None else gain),
         )
 
-    def filter_fs(self, rate_hz: int) -> int:
-        """The ADC's filter word for a scan rate: the default, or less where that is too slow.
-
-        Even on an ADC whose own clock is 5 % slow, a tenth of the period is left for reading out.
-        """
-        words = self.adc.filter.fs
-        longest_s = 0.9 / rate_hz / 1.05
-        for fs in range(words.default, words.minimum, -1):
-            if len(self.channels) * self._conversion_s(fs) <= longest_s:
-                return fs
-        return words.minimum
-
-    def _conversion_s(self, filter_fs: int) -> float:
-        kind = self.adc.filter.types[self.adc.filter.type]
-        cycles = kind.order * 32 * filter_fs + self.adc.filter.dead_cycles
-        return cycles / self.adc.master_clock_hz
-
 
 def installed_description() -> Path:
     """Where the installed package keeps board.yaml."""
