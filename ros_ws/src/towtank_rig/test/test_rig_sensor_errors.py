@@ -14,7 +14,7 @@ from towtank_rig.conversion import (
     roll,
     rotation,
 )
-from towtank_rig.sensor_errors import add_noise, draw, error_terms, none, realise
+from towtank_rig.sensor_errors import add_noise, draw, draw_many, error_terms, none, realise
 from towtank_rig.uncertainty import (
     COVERAGE,
     OperatingPoint,
@@ -196,3 +196,18 @@ def test_noise_is_white_with_the_stated_deviation():
 def test_unknown_error_terms_are_refused():
     with pytest.raises(KeyError, match="fish_pressure/spam"):
         realise(RIG, {"fish_pressure/spam": 1.0}, excitation=10.0, noise_scale=0.0)
+
+
+@RIGS
+def test_many_sensors_at_once_are_as_many_single_ones(rig):
+    many = draw_many(rig, np.random.default_rng(6), 5)
+    force = rotation(0.1, -0.2, 0.3).T @ np.array([0.0, 0.0, 9.782])
+    pressures = pressure_from_depth(np.linspace(0.2, 1.8, 5), rig.water)
+    axes = many.accelerometer.volts(force)
+    bridges = many.fish_pressure.volts(pressures, speed=1.0)
+    assert axes.shape == (5, 3) and bridges.shape == (5,)
+    for k in range(5):
+        terms = {key: float(values[k]) for key, values in many.terms.items()}
+        one = realise(rig, terms, rig.board.excitation.value, 1.0)
+        np.testing.assert_allclose(axes[k], one.accelerometer.volts(force), rtol=1e-14)
+        assert bridges[k] == pytest.approx(one.fish_pressure.volts(pressures[k], 1.0), rel=1e-13)

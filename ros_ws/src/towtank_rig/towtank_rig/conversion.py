@@ -149,18 +149,17 @@ def mounting_rotation(mounting: Mounting) -> Array:
     return rotation(mounting.roll.value, mounting.pitch.value, mounting.yaw.value)
 
 
-def rotation(roll: float, pitch: float, yaw: float) -> Array:
-    """Return the 3×3 matrix Rz(yaw)·Ry(pitch)·Rx(roll), angles in rad (REP-103)."""
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+def rotation(roll: ArrayLike, pitch: ArrayLike, yaw: ArrayLike) -> Array:
+    """Return the matrix Rz(yaw)·Ry(pitch)·Rx(roll), angles in rad (REP-103); shape (…, 3, 3)."""
+    cr, sr = np.cos(roll), np.sin(roll)
+    cp, sp = np.cos(pitch), np.sin(pitch)
+    cy, sy = np.cos(yaw), np.sin(yaw)
+    rows = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
 
 
 @dataclass(frozen=True)

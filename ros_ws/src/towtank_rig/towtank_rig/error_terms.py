@@ -8,8 +8,13 @@ cannot drift apart.
 
 import math
 from dataclasses import dataclass
+from functools import reduce
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+from towtank_rig.coverage import Distribution, Normal, Product, Rectangular
 from towtank_rig.instruments import PressureSensorName
 from towtank_rig.quantity import Quantity, Tolerance
 from towtank_rig.schema import Rig
@@ -48,9 +53,30 @@ class ErrorTerm:
         return math.prod(factor.standard_uncertainty for factor in self.factors)
 
     @property
+    def distribution(self) -> Distribution:
+        """Return how the error is distributed, in the term's unit."""
+        return reduce(Product, map(distribution_of, self.factors))
+
+    @property
     def source(self) -> str:
         """Return where the tolerances come from."""
         return "; ".join(factor.source for factor in self.factors if factor.source)
+
+
+def distribution_of(tolerance: Tolerance) -> Distribution:
+    """Return how an error with this tolerance is distributed."""
+    if tolerance.distribution == "rectangular":
+        return Rectangular(tolerance.value)
+    return Normal(tolerance.standard_uncertainty)
+
+
+def draw_tolerance(
+    tolerance: Tolerance, rng: np.random.Generator, count: int | None
+) -> float | NDArray[np.float64]:
+    """Return one random error with this tolerance, or an array of that many."""
+    if tolerance.distribution == "rectangular":
+        return rng.uniform(-tolerance.value, tolerance.value, count)
+    return rng.normal(0.0, tolerance.standard_uncertainty, count)
 
 
 def pressure_error_terms(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorTerm, ...]:

@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors as they might really be: one random realisation of every error that the rig allows.
+"""Sensors as they might really be: random realisations of every error that the rig allows.
 
 The virtual bench turns the true pressure and specific force into volts at the sensors' terminals
-with it. The errors come from the distributions of towtank_rig.error_terms, those that the
-uncertainty budget is made of.
+with one; a Monte Carlo study takes many at once. The errors come from the distributions of
+towtank_rig.error_terms, those that the uncertainty budget is made of.
+
+In many realisations at once every error is an array with one value a realisation in its first
+axis; what the sensors are given then needs that axis, or none.
 """
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,10 +30,10 @@ from towtank_rig.error_terms import (
     PRESSURE_SENSORS,
     ErrorTerm,
     accelerometer_error_terms,
+    draw_tolerance,
     pressure_error_terms,
 )
 from towtank_rig.instruments import PressureSensorName
-from towtank_rig.quantity import Tolerance
 from towtank_rig.schema import Rig, Water
 
 Array = NDArray[np.float64]
@@ -39,7 +44,7 @@ STANDARD_GRAVITY = 9.80665
 
 @dataclass(frozen=True)
 class PressureSensorErrors:
-    """One pressure channel with its systematic errors.
+    """One pressure channel with its systematic errors, each a number or an array.
 
     Attributes:
         conversion: The conversion that the errors falsify.
@@ -61,12 +66,12 @@ class PressureSensorErrors:
     full_scale: float
     fitted_range: float
     nominal_flow_coefficient: float
-    gain: float
-    linearity: float
-    zero_offset: float
-    zero_drift: float
-    flow_coefficient: float
-    water_weight: float
+    gain: float | Array
+    linearity: float | Array
+    zero_offset: float | Array
+    zero_drift: float | Array
+    flow_coefficient: float | Array
+    water_weight: float | Array
     noise: float
 
     def volts(
@@ -103,11 +108,11 @@ class AccelerometerErrors:
 
     Attributes:
         conversion: The conversion that the errors falsify.
-        sensitivity: Relative error of each axis, shape (3,).
-        zero_g: V, shape (3,).
-        nonlinearity: Deviation of each axis at 1 g, growing with the square, m/s², shape (3,).
-        coupling: What each axis sees of the others, shape (3, 3), zero diagonal.
-        rotation: Small rotation of the sensor about its axes, rad, shape (3,).
+        sensitivity: Relative error of each axis, shape (…, 3).
+        zero_g: V, shape (…, 3).
+        nonlinearity: Deviation of each axis at 1 g, growing with the square, m/s², shape (…, 3).
+        coupling: What each axis sees of the others, shape (…, 3, 3), zero diagonal.
+        rotation: Small rotation of the sensor about its axes, rad, shape (…, 3).
         noise: Standard deviation of the white noise of one sample, V.
     """
 
@@ -122,15 +127,21 @@ class AccelerometerErrors:
     def volts(self, specific_force: ArrayLike) -> Array:
         """Return the noiseless volts of x, y, z from specific force in fish axes; shape (…, 3)."""
         in_axes = np.asarray(specific_force, dtype=float) @ self.conversion.fish_to_axes.T
-        felt = in_axes @ (rotation(*self.rotation).T + self.coupling).T
+        felt = (self._axes @ in_axes[..., np.newaxis])[..., 0]
         felt = felt + self.nonlinearity * np.square(felt / STANDARD_GRAVITY)
         sensitivity = self.conversion.sensitivity * (1.0 + self.sensitivity)
         return self.conversion.zero_g + self.zero_g + sensitivity * felt
 
+    @cached_property
+    def _axes(self) -> Array:
+        """Directions of the sensor's axes as its errors turn them, shape (…, 3, 3)."""
+        turned = rotation(*np.moveaxis(self.rotation, -1, 0))
+        return np.swapaxes(turned, -1, -2) + self.coupling
+
 
 @dataclass(frozen=True)
 class SensorErrors:
-    """All sensors of a rig in one realisation.
+    """All sensors of a rig.
 
     ``terms`` holds every drawn error by sensor and name, for records and tests. ``excitation`` is
     the true excitation, V.
@@ -139,16 +150,18 @@ class SensorErrors:
     fish_pressure: PressureSensorErrors
     depressor_pressure: PressureSensorErrors
     accelerometer: AccelerometerErrors
-    excitation: float
-    terms: dict[str, float]
+    excitation: float | Array
+    terms: dict[str, float | Array]
 
 
 def draw(rig: Rig, seed: int) -> SensorErrors:
     """Return a random realisation; the same seed gives the same."""
-    rng = np.random.default_rng(seed)
-    terms = {key: _draw(term, rng) for key, term in error_terms(rig).items()}
-    low, high = rig.board.excitation.range or (rig.board.excitation.value,) * 2
-    return realise(rig, terms, excitation=float(rng.uniform(low, high)), noise_scale=1.0)
+    return _drawn(rig, np.random.default_rng(seed), None)
+
+
+def draw_many(rig: Rig, rng: np.random.Generator, count: int) -> SensorErrors:
+    """Return that many random realisations at once: every error has the shape (count,)."""
+    return _drawn(rig, rng, count)
 
 
 def none(rig: Rig) -> SensorErrors:
@@ -168,7 +181,10 @@ def error_terms(rig: Rig) -> dict[str, ErrorTerm]:
 
 
 def realise(
-    rig: Rig, terms: dict[str, float], excitation: float, noise_scale: float
+    rig: Rig,
+    terms: Mapping[str, float | Array],
+    excitation: float | Array,
+    noise_scale: float,
 ) -> SensorErrors:
     """Return the sensors with the given errors (keys of ``error_terms``); others are zero."""
     unknown = set(terms) - set(error_terms(rig))
@@ -186,13 +202,13 @@ def add_noise(volts: ArrayLike, noise: float, rng: np.random.Generator) -> Array
 
 
 def _pressure_sensor(
-    rig: Rig, sensor: PressureSensorName, terms: dict[str, float], noise_scale: float
+    rig: Rig, sensor: PressureSensorName, terms: Mapping[str, float | Array], noise_scale: float
 ) -> PressureSensorErrors:
     given = getattr(rig.sensors, sensor)
     calibration = getattr(rig.calibrations, sensor)
     own = pressure_error_terms(rig, sensor)
 
-    def total(effect: str) -> float:
+    def total(effect: str) -> float | Array:
         keys = [f"{'shared' if t.shared else sensor}/{t.name}" for t in own if t.effect == effect]
         return _sum(terms, keys)
 
@@ -213,34 +229,41 @@ def _pressure_sensor(
     )
 
 
-def _accelerometer(rig: Rig, terms: dict[str, float], noise_scale: float) -> AccelerometerErrors:
+def _accelerometer(
+    rig: Rig, terms: Mapping[str, float | Array], noise_scale: float
+) -> AccelerometerErrors:
     def per_axis(*names: str) -> Array:
         keys = [[f"accelerometer/{name} {axis}" for name in names] for axis in AXES]
-        return np.array([_sum(terms, axis_keys) for axis_keys in keys])
+        return _stacked(_sum(terms, axis_keys) for axis_keys in keys)
 
-    coupling = np.array(
-        [[terms.get(f"accelerometer/cross axis {a}{b}", 0.0) for b in AXES] for a in AXES]
-    )
+    columns = [
+        _stacked(terms.get(f"accelerometer/cross axis {a}{b}", 0.0) for a in AXES) for b in AXES
+    ]
     return AccelerometerErrors(
         conversion=accelerometer_conversion(rig),
         sensitivity=per_axis("sensitivity"),
         zero_g=per_axis("zero g", "zero g over temperature"),
         nonlinearity=per_axis("nonlinearity"),
-        coupling=coupling,
+        coupling=_stacked(columns),
         rotation=per_axis("alignment about"),
         noise=rig.sensors.accelerometer.errors.noise.value * noise_scale,
     )
 
 
-def _sum(terms: dict[str, float], keys: Iterable[str]) -> float:
+def _stacked(values: Iterable[float | Array]) -> Array:
+    """Return values of one shape, or scalars, along a new last axis."""
+    return np.stack(np.broadcast_arrays(*map(np.asarray, values)), axis=-1)
+
+
+def _sum(terms: Mapping[str, float | Array], keys: Iterable[str]) -> float | Array:
     return sum(terms.get(key, 0.0) for key in keys)
 
 
-def _draw(term: ErrorTerm, rng: np.random.Generator) -> float:
-    return float(np.prod([_draw_factor(factor, rng) for factor in term.factors]))
+def _drawn(rig: Rig, rng: np.random.Generator, count: int | None) -> SensorErrors:
+    terms = {key: _draw(term, rng, count) for key, term in error_terms(rig).items()}
+    low, high = rig.board.excitation.range or (rig.board.excitation.value,) * 2
+    return realise(rig, terms, excitation=rng.uniform(low, high, count), noise_scale=1.0)
 
 
-def _draw_factor(factor: Tolerance, rng: np.random.Generator) -> float:
-    if factor.distribution == "rectangular":
-        return rng.uniform(-factor.value, factor.value)
-    return rng.normal(0.0, factor.standard_uncertainty)
+def _draw(term: ErrorTerm, rng: np.random.Generator, count: int | None) -> float | Array:
+    return math.prod(draw_tolerance(factor, rng, count) for factor in term.factors)
