@@ -14,6 +14,7 @@ from typing import Literal
 
 import numpy as np
 from towtank_rig import Rig
+from towtank_rig.coverage import Scaled
 from towtank_rig.uncertainty import SensorBudget
 
 from towtank_compare.harmonic import MIN_PERIODS, AnalysisError, Harmonic, fit_first_harmonic
@@ -41,12 +42,17 @@ MIN_AMPLITUDE_M = 1e-6
 
 @dataclass(frozen=True)
 class HeaveSamples:
-    """What one analysis needs. crank: angle, rad; fish, depressor: heave, m, upwards."""
+    """What one analysis needs. crank: angle, rad; fish, depressor: heave, m, upwards.
+
+    zero_depths: where the sensors of fish and depressor were zeroed, m below still water; heave is
+    measured from there.
+    """
 
     source: Source
     crank: Series
     fish: Series
     depressor: Series
+    zero_depths: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -122,14 +128,14 @@ def analyse_window(samples: HeaveSamples, rig: Rig, t0_ms: int, t1_ms: int) -> H
     if samples.source == "measured":
         budget = heave_budget(
             rig,
-            -fish.mean,
-            fish.harmonic.amplitude,
-            -depressor.mean,
-            depressor.harmonic.amplitude,
+            (-fish.mean, -depressor.mean),
+            (fish.harmonic.amplitude, depressor.harmonic.amplitude),
+            samples.zero_depths,
         )
         relative, dof = _relative_scatter(fish.harmonic, depressor.harmonic)
-        ratio_uncertainty = combine(ratio * relative, dof, ratio * budget.ratio_relative)
-        phase_uncertainty = combine(relative, dof, budget.phase)
+        errors = [Scaled(ratio, error) for error in budget.ratio_errors]
+        ratio_uncertainty = combine(ratio * relative, dof, errors)
+        phase_uncertainty = combine(relative, dof, budget.phase_errors)
     return HeaveResult(
         source=samples.source,
         t0_ms=t0_ms,
@@ -226,9 +232,8 @@ def _motion(fitted: _FittedHeave, budget: SensorBudget | None) -> Motion:
     harmonic = fitted.harmonic
     uncertainty = None
     if budget is not None:
-        uncertainty = combine(
-            math.sqrt(harmonic.variance), harmonic.dof, budget.gain * harmonic.amplitude
-        )
+        errors = [Scaled(harmonic.amplitude, e) for e in budget.errors(lambda c: c.gain)]
+        uncertainty = combine(math.sqrt(harmonic.variance), harmonic.dof, errors)
     return Motion(
         amplitude=harmonic.amplitude,
         phase=harmonic.phase,

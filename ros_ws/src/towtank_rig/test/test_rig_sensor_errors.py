@@ -14,12 +14,13 @@ from towtank_rig.conversion import (
     roll,
     rotation,
 )
+from towtank_rig.coverage import half_width
 from towtank_rig.sensor_errors import add_noise, draw, draw_many, error_terms, none, realise
 from towtank_rig.uncertainty import (
-    COVERAGE,
     OperatingPoint,
     depth_budget,
     inclination_budget,
+    ratio_errors,
     ratio_relative_uncertainty,
 )
 
@@ -120,10 +121,9 @@ def test_amplitude_depth_and_ratio_scatter_as_the_budget_says(rig):
     ratios /= amplitude["fish_pressure"] / amplitude["depressor_pressure"]
     u = ratio_relative_uncertainty(budgets["fish_pressure"], budgets["depressor_pressure"])
     assert ratios.std() == pytest.approx(u, rel=SPREAD + 0.01)
-    # The stated 95 % interval holds 95 % and not much more: few flat terms dominate, whose interval
-    # of 1.96 σ holds up to 100 %. The binomial scatter of 1000 draws is 0.7 %.
-    inside = np.mean(np.abs(ratios - 1.0) < COVERAGE * u)
-    assert 0.95 - 5 * 0.007 < inside <= 1.0
+    # The binomial scatter of 1000 draws is 0.7 %; three of that.
+    u95 = half_width(ratio_errors(budgets["fish_pressure"], budgets["depressor_pressure"]))
+    assert np.mean(np.abs(ratios - 1.0) < u95) == pytest.approx(0.95, abs=3 * 0.007)
 
 
 @RIGS

@@ -153,7 +153,10 @@ def test_flow_past_the_port():
     flow, surge = components(budget)["flow pressure"], components(budget)["surge"]
     # Cp·½U²/g in depth; Cp·U·dU/g, zero expectation of both factors, in the amplitude.
     assert flow.depth == pytest.approx(0.3 / math.sqrt(3) * 0.5 / 9.8, rel=1e-12)
-    assert surge.gain == pytest.approx(0.3 / math.sqrt(3) * 0.03 / math.sqrt(3) / 9.8 / 0.05)
+    oscillation = 0.3 / math.sqrt(3) * 0.03 / math.sqrt(3) / 9.8
+    assert surge.gain == pytest.approx(oscillation / 0.05)
+    # A depth is read at any instant of the oscillation.
+    assert surge.depth == surge.absolute_depth == pytest.approx(oscillation / math.sqrt(2))
     at_rest = depth_budget(rig, "fish_pressure", replace(AT, speed=0.0))
     assert components(at_rest)["flow pressure"].depth == components(at_rest)["surge"].gain == 0.0
 
@@ -214,3 +217,55 @@ def test_calibrated_inclinometer_is_far_better_than_the_data_sheet():
     assert math.degrees(COVERAGE * bare.pitch) == pytest.approx(9.9, abs=0.2)
     assert len(bare.components) == 5 * len(AXES) + 6
     assert len(calibrated.components) == 5 * len(AXES)
+
+
+def test_zeroing_in_the_water_leaves_the_way_from_there():
+    """Gains act on the way from the place of zeroing, a bend by what it is at both ends."""
+    rig = only(BARE, {"span": 0.01, "linearity": 0.0025})
+    at = OperatingPoint(mean_depth=1.8, amplitude=0.05, speed=0.0, zeroed_at=1.3)
+    found = components(depth_budget(rig, "fish_pressure", at))
+    assert found["span"].depth == pytest.approx(0.01 / math.sqrt(3) * 0.5, rel=1e-12)
+    assert found["span"].absolute_depth == pytest.approx(0.01 / math.sqrt(3) * 1.8, rel=1e-12)
+
+    def bend(depth):
+        pressure = 9800 * depth
+        return 4 * 0.0025 * pressure * (50_000 - pressure) / 50_000 / 9800
+
+    expected = (bend(1.8) - bend(1.3)) / math.sqrt(3)
+    assert found["linearity"].depth == pytest.approx(expected, rel=1e-9)
+
+
+def test_interval_of_one_limit_is_that_limit():
+    budget = depth_budget(only(BARE, {"span": 0.01}), "fish_pressure", AT)
+    assert budget.depth_u95() == pytest.approx(0.95 * 0.01 * 1.2, rel=1e-3)
+    assert COVERAGE * budget.depth == pytest.approx(1.13 * 0.01 * 1.2, rel=1e-2)
+
+
+def test_flow_and_water_make_no_error_of_the_pressure():
+    rig = only(RIG, {"flow_coefficient": 0.3})
+    budget = depth_budget(rig, "fish_pressure", AT)
+    assert components(budget)["flow pressure"].absolute_depth > 0.0
+    assert budget.head_before_zeroing == components(budget)["calibrated span"].absolute_depth
+
+
+def test_surge_and_carriage_tilt_the_pitch_but_not_the_roll():
+    """0.03 m/s at 3 rad/s: an amplitude within 0.09 m/s², over √3 for the limit and √2 for the
+    instant, over g; a carriage that speeds up by 0.5 m/s² within that, over √3."""
+    rig = level_errors()
+    moving = inclination_budget(rig, crank_rate=3.0, carriage_acceleration=-0.5)
+    surge, carriage = moving.components[-2:]
+    assert (surge.name, carriage.name) == ("surge", "carriage acceleration")
+    assert surge.pitch == pytest.approx(0.09 / math.sqrt(6) / 9.782, rel=1e-4)
+    assert carriage.pitch == pytest.approx(0.5 / math.sqrt(3) / 9.782, rel=1e-3)
+    assert surge.roll == carriage.roll == 0.0
+
+
+def test_covariance_of_the_specific_force():
+    """A level fish: zeros act on their own axes; the sensitivity of z on z, that feels g."""
+    rig = level_errors(zero_g=0.005, sensitivity=0.01)
+    covariance = inclination_budget(rig).force_covariance
+    zero = 0.005 / math.sqrt(3) / 0.067301
+    assert covariance[0, 0] == pytest.approx(zero**2, rel=1e-9)
+    # A sensitivity that is 1 % off one way or the other is not quite symmetric in what it reads
+    assert covariance[2, 2] == pytest.approx(zero**2 + (0.01 / math.sqrt(3) * 9.782) ** 2, rel=1e-4)
+    assert covariance[0, 1] == pytest.approx(0.0, abs=1e-12)

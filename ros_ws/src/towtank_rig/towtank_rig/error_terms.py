@@ -22,7 +22,7 @@ from towtank_rig.schema import Rig
 PRESSURE_SENSORS: tuple[PressureSensorName, ...] = ("fish_pressure", "depressor_pressure")
 AXES = ("x", "y", "z")
 
-PressureEffect = Literal["gain", "linearity", "zero_offset", "zero_drift", "flow", "water"]
+PressureEffect = Literal["gain", "linearity", "zero_offset", "zero_drift", "flow", "surge", "water"]
 AccelerometerEffect = Literal["sensitivity", "zero_g", "nonlinearity", "coupling", "rotation"]
 
 
