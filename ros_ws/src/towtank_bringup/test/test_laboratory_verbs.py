@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from towtank_bringup.cli import towtank
+from towtank_daq.description import installed_description, load_description
 from towtank_rig import load_rig
 
 EXAMPLES = Path(__file__).parents[4] / "docs" / "laboratory"
@@ -188,3 +190,41 @@ def test_crank_is_calibrated_at_the_virtual_board_from_the_terminal(tmp_path, mo
     assert found["calibration"]["direction"] == 1
     record = Path(found["record"]).read_text()
     assert "virtual_board_seed: 1" in record and "schema_hash:" in record
+
+
+def test_uncertainty_of_a_rig():
+    found = json_of("uncertainty", "nit_calicut_2012", "--depth", 2.2, "--draws", 2000)
+    assert found["conditions"]["depth"] == 2.2
+    statements = {(s["quantity"], s["practice"]): s for s in found["statements"]}
+    zeroed = statements["depth of the fish at 2.2 m", "data sheet, zeroed"]
+    assert zeroed["u95"] == pytest.approx(0.0825, abs=5e-4)  # as docs/laboratory.md has it
+    assert zeroed["monte_carlo"]["low"] < 0 < zeroed["monte_carlo"]["high"]
+    assumed = {assumption["path"] for assumption in found["assumptions"]}
+    assert "calibrations.fish_pressure.span_error" in assumed
+    assert found["appendix_iii"]["span_tolerance"] == pytest.approx(0.0275, abs=1e-5)
+    table = run("uncertainty", "nit_calicut_2012", "--depth", 2.2, "--draws", 2000).stdout
+    assert "as calibrated, zeroed" in table and "± 27.5 mm" in table
+    assert "at the ends of what is assumed" in table
+
+
+def test_uncertainty_takes_the_front_ends_from_the_board():
+    """The bridge's: white noise and steps of 2·2.5 V/2²⁴ behind its gain; a pole far above the
+    crank's 0.5 Hz, so that lag and attenuation are x and x²/2 to their third and fourth power."""
+    found = json_of("uncertainty", "nit_calicut_2012", "--draws", 1000)["front_ends"]
+    bridge = found["fish_pressure"]
+    channel = load_description(installed_description()).channels[0]
+    noise = math.hypot(channel.noise_volts, 5 / 2**24 / math.sqrt(12)) / channel.gain
+    assert bridge["noise_volts"] == pytest.approx(noise, rel=1e-9)
+    assert bridge["lag"] == pytest.approx(0.5 / channel.pole_hz, rel=1e-3)
+    assert bridge["attenuation"] == pytest.approx((0.5 / channel.pole_hz) ** 2 / 2, rel=1e-3)
+    assert found["accelerometer"]["gain"] == 1.0
+
+
+def test_uncertainty_of_a_rig_that_does_not_heave(tmp_path):
+    still = tmp_path / "still.yaml"
+    rig = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
+    changes = {"name": "still", "tow_point.motion.crank_radius": 0.0}
+    still.write_text(rig.replace(changes).text)
+    refused = run("uncertainty", still)
+    assert refused.exit_code == 1 and "does not move: give --amplitude" in refused.output
+    assert run("uncertainty", still, "--amplitude", 0.05, "--draws", 1000).exit_code == 0

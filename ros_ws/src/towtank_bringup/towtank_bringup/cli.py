@@ -16,6 +16,7 @@ VERBS = {
     "calibrate": "Calibrate a sensor, guided or from readings.",
     "inertia": "Moment of inertia from a bifilar suspension.",
     "trim": "Ballast and trim of a fish from weighings.",
+    "uncertainty": "What a rig's sensors can tell: depth, pitch, heave ratio.",
     "similitude": "A rig Froude-scaled to another length.",
     "bench": "Measured comparisons with other programs.",
     "test": "Run the test suite.",

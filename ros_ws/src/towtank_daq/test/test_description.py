@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the host takes from board.yaml."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,18 @@ def test_single_ended_codes(description):
     """1.65 V of the internal 2.5 V, unipolar; 10 V of excitation through the 1:5 divider."""
     assert description.adc_channel("accel_z", 10.0).volts(2**24 * 1.65 / 2.5) == pytest.approx(1.65)
     assert description.adc_channel("excitation", 10.0).volts(2**24 * 2 / 2.5) == pytest.approx(10.0)
+
+
+def test_noise_at_the_terminals(tmp_path):
+    """Behind a gain of 40: 30 µV of noise, and the steps of a bipolar code, 2 · 2.5 V / 2²⁴."""
+
+    def change(board):
+        board["channels"][0].update(gain=40.0, noise_volts=30e-6)
+
+    board = load_description(written(tmp_path / "board.yaml", change))
+    steps = 2 * 2.5 / 2**24 / math.sqrt(12)
+    found = board.terminal_noise(board.channel_names[0], 10.0)
+    assert found == pytest.approx(math.hypot(30e-6, steps) / 40, rel=1e-9)
 
 
 def test_hash_follows_the_contents(description, tmp_path):

@@ -7,6 +7,7 @@ what the host needs is read here, the hash covers all of it.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Literal
 
@@ -161,6 +162,15 @@ class BoardDescription(BaseModel):
             bipolar=setup.bipolar,
             pga=float(setup.pga if gain is None else gain),
         )
+
+    def terminal_noise(self, name: str, excitation_volts: float) -> float:
+        """Standard deviation of one conversion of a channel, V at the terminals.
+
+        By front end and converter, the steps of its code included; the sensor's comes on top.
+        """
+        channel = self.channels[self.channel_names.index(name)]
+        steps = self.adc_channel(name, excitation_volts).resolution / math.sqrt(12.0)
+        return math.hypot(channel.noise_volts / channel.gain, steps)
 
 
 def installed_description() -> Path:
