@@ -195,10 +195,18 @@ def test_crank_is_calibrated_at_the_virtual_board_from_the_terminal(tmp_path, mo
 def test_uncertainty_of_a_rig():
     found = json_of("uncertainty", "nit_calicut_2012", "--depth", 2.2, "--draws", 2000)
     assert found["conditions"]["depth"] == 2.2
-    statements = {(s["quantity"], s["practice"]): s for s in found["statements"]}
-    zeroed = statements["depth of the fish at 2.2 m", "data sheet, zeroed"]
-    assert zeroed["u95"] == pytest.approx(0.0825, abs=5e-4)  # as docs/laboratory.md has it
-    assert zeroed["monte_carlo"]["low"] < 0 < zeroed["monte_carlo"]["high"]
+    by_practice = {(s["unit"], s["practice"]): s for s in found["statements"]}
+    # As docs/laboratory.md has them: m, rad and the ratio's own
+    for unit, practice, u95 in (
+        ("m", "data sheet", 0.166),
+        ("m", "data sheet, zeroed", 0.0825),
+        ("m", "as calibrated, zeroed, towed at 1 m/s", 0.0129),
+        ("rad", "as calibrated, crank turning", math.radians(0.769)),
+        ("1", "as calibrated, towed", 0.0212),
+    ):
+        assert by_practice[unit, practice]["u95"] == pytest.approx(u95, rel=5e-3), practice
+    drawn = by_practice["m", "data sheet, zeroed"]["monte_carlo"]
+    assert drawn["low"] < 0 < drawn["high"]
     assumed = {assumption["path"] for assumption in found["assumptions"]}
     assert "calibrations.fish_pressure.span_error" in assumed
     assert found["appendix_iii"]["span_tolerance"] == pytest.approx(0.0275, abs=1e-5)
