@@ -236,3 +236,10 @@ def test_uncertainty_of_a_rig_that_does_not_heave(tmp_path):
     refused = run("uncertainty", still)
     assert refused.exit_code == 1 and "does not move: give --amplitude" in refused.output
     assert run("uncertainty", still, "--amplitude", 0.05, "--draws", 1000).exit_code == 0
+
+
+def test_uncertainty_beyond_the_sensors_is_refused():
+    """50 kPa are 5.13 m of the tank's water."""
+    refused = run("uncertainty", "nit_calicut_2012", "--depth", 6)
+    assert refused.exit_code == 1
+    assert "--depth 6 m is beyond the 5.13 m where the sensors end: give less" in refused.output

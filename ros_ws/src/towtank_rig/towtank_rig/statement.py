@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
+from towtank_rig.conversion import depth_from_pressure
 from towtank_rig.coverage import Distribution, Normal, half_width
 from towtank_rig.instruments import PressureSensorName
 from towtank_rig.monte_carlo import Array, Propagated, RandomSensors
@@ -113,17 +114,21 @@ class Statement:
     monte_carlo: Propagated
 
 
+def deepest_reading(rig: Rig) -> float:
+    """Return the depth, m, at which the first of the two pressure sensors ends its scale."""
+    sensors = (rig.sensors.fish_pressure, rig.sensors.depressor_pressure)
+    full_scale = min(sensor.full_scale.value for sensor in sensors)
+    return float(depth_from_pressure(full_scale, rig.water))
+
+
 def default_conditions(rig: Rig) -> Conditions:
     """Return conditions of a rig's own.
 
     The deepest water that its sensors may see, a level fish, a depressor that heaves as the crank
     does and a fish with 0.22 of it, 40 s of samples.
     """
-    weight = rig.water.density.value * rig.water.gravity.value
-    sensors = (rig.sensors.fish_pressure, rig.sensors.depressor_pressure)
-    full_scale = min(sensor.full_scale.value for sensor in sensors)
     return Conditions(
-        depth=min(rig.tank.depth.value, full_scale / weight),
+        depth=min(rig.tank.depth.value, deepest_reading(rig)),
         zeroed_at=0.0,
         pitch=0.0,
         depressor_amplitude=rig.tow_point.motion.crank_radius.value,

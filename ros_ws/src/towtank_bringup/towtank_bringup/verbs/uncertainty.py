@@ -20,6 +20,7 @@ from towtank_rig.statement import (
     Budget,
     Statement,
     as_json,
+    deepest_reading,
     default_conditions,
     statements,
     trial_budgets,
@@ -79,6 +80,12 @@ def command(
     conditions = replace(default_conditions(loaded), **given)
     if not conditions.depressor_amplitude > 0.0:
         raise click.ClickException(f"the crank of {loaded.name} does not move: give --amplitude")
+    deepest = deepest_reading(loaded)
+    for option, value in (("--depth", conditions.depth), ("--zeroed-at", conditions.zeroed_at)):
+        if value > deepest:
+            raise click.ClickException(
+                f"{option} {value:g} m is beyond the {deepest:.3g} m where the sensors end: give less"
+            )
     fronts = front_ends(loaded, load_description(installed_description()))
     noise = BoardNoise(**{name: front.noise_volts for name, front in fronts.items()})
     found = statements(loaded, conditions, noise, draws=draws, seed=seed)
