@@ -83,9 +83,8 @@ def command(
     deepest = deepest_reading(loaded)
     for option, value in (("--depth", conditions.depth), ("--zeroed-at", conditions.zeroed_at)):
         if value > deepest:
-            raise click.ClickException(
-                f"{option} {value:g} m is beyond the {deepest:.3g} m where the sensors end: give less"
-            )
+            fault = f"{option} {value:g} m is beyond the {deepest:.3g} m where the sensors end"
+            raise click.ClickException(f"{fault}: give less")
     fronts = front_ends(loaded, load_description(installed_description()))
     noise = BoardNoise(**{name: front.noise_volts for name, front in fronts.items()})
     found = statements(loaded, conditions, noise, draws=draws, seed=seed)
