@@ -92,7 +92,7 @@ class OfflineTrial:
 
     def _convert(self, scans: list[Scan], board: BoardDescription) -> HeaveSamples:
         delays = configuration_at(board, 100).channel_delays_ns(board)
-        heave = {}
+        heave, zero_depths = {}, []
         for name in ("fish_pressure", "depressor_pressure"):
             sensor = PressureSensor(self.rig, board, name, ZERO_SCANS)
             stamps, depths = [], []
@@ -104,11 +104,12 @@ class OfflineTrial:
                     stamps.append(scan.stamp_ns + delays[sensor.channel])
                     depths.append(-reading.depth)
             heave[name] = Series.of(stamps, depths)
+            zero_depths.append(sensor.zero_depth)
         per_count = crank_encoder(self.rig).per_count
         crank = Series.of(
             [scan.stamp_ns for scan in scans], [per_count * scan.crank for scan in scans]
         )
-        return HeaveSamples("measured", crank, heave["fish_pressure"], heave["depressor_pressure"])
+        return HeaveSamples("measured", crank, *heave.values(), tuple(zero_depths))
 
 
 class _Line:

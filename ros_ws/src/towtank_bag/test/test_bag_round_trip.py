@@ -137,6 +137,13 @@ def test_every_message_type_comes_back(bag_directory, topic):
     np.testing.assert_array_equal(raw.publish_time_ns, START_NS + PERIOD_NS * np.arange(COUNT))
 
 
+def test_fields_of_a_topic_are_known(bag_directory):
+    bag = open_bag(bag_directory)
+    assert bag.has_field("/measured/fish/depth", "zero_depth")
+    assert not bag.has_field("/measured/fish/depth", "spam")
+    assert not bag.has_field("/no/such/topic", "zero_depth")
+
+
 @pytest.mark.parametrize("topic", MAKERS)
 def test_rosbags_reads_the_bag_too(bag_directory, topic):
     """An independent reader, with the definitions embedded in the bag."""

@@ -118,6 +118,14 @@ class Bag:
         for log_time, payload in zip(raw.log_time_ns.tolist(), raw.payloads, strict=True):
             yield log_time, self._decode(topic, payload)
 
+    def has_field(self, topic: str, field: str) -> bool:
+        """Whether the messages of a topic have a field; an older recording may lack it."""
+        if topic not in self.topics:
+            return False
+        type_name = self.topics[topic].type_name
+        self._register(type_name)
+        return any(name == field for name, _ in self._typestore.fielddefs[type_name][1])
+
     def series(self, topic: str, fields: Sequence[str]) -> dict[str, np.ndarray]:
         """Fields of all messages of a topic as arrays, by dotted path (`pose.pose.position.z`).
 

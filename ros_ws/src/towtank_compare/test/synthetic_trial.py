@@ -38,6 +38,7 @@ MEAN_Z = {"fish": -1.2, "depressor": -1.0}
 LATENCY_NS = 7_000_000
 LOST_SCANS = (700, 701)
 BAD_SCAN = 900
+ZERO_DEPTH = {"fish": 0.3, "depressor": 0.2}
 LOG = (2.0, 18.0)
 
 
@@ -142,6 +143,8 @@ def trial_samples(noise_m: float = 2e-4) -> list[Sample]:
                     header=head(stamp + delay_ns, body),
                     depth=-z if i != BAD_SCAN else 99.0,
                     valid=i != BAD_SCAN,
+                    zeroed=True,
+                    zero_depth=ZERO_DEPTH[body],
                 ),
             )
             for source in ("twin", "plant"):

@@ -230,6 +230,20 @@ def test_the_sensors_budget_is_the_rigs():
     assert result.u95 == pytest.approx(expanded * result.ratio, rel=1e-3)
 
 
+def test_the_budget_holds_where_the_sensors_are_and_not_where_heave_counts_from():
+    """Zeroed at 0.9 m, 1.2 m above the fish: a bend that is flat in the middle of the fitted 20 kPa
+    (1.03 m) is felt by its slope at 2.1 m."""
+    zeroed = dataclasses.replace(make_samples(), zero_depths=(0.9, 0.6))
+    result = analyse_window(zeroed, RIG, START_MS, START_MS + 40_000)
+    speed = RIG.run.carriage_speed.value
+    at = OperatingPoint(0.9 - result.fish.mean, result.fish.amplitude, speed, 0.9)
+    fish = depth_budget(RIG, "fish_pressure", at)
+    assert result.fish.uncertainty.type_b == pytest.approx(fish.gain * FISH, rel=1e-6)
+    plain = analyse_window(make_samples(), RIG, START_MS, START_MS + 40_000)
+    assert result.fish.uncertainty.type_b > plain.fish.uncertainty.type_b
+    assert result.ratio == plain.ratio
+
+
 def test_u95_covers_the_errors_of_sensors_drawn_from_the_budget():
     """300 pairs of sensors with errors drawn from the rig's tolerances read the same motion. The
     interval misses the true ratio and amplitudes as often as 5 % allows, between the 0.01 % and

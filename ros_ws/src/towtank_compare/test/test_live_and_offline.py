@@ -26,7 +26,7 @@ def feed(live: LiveHeave, sample) -> None:
     if sample.topic == "/measured/joint_states":
         live.add_crank(stamp, message.position[0])
     elif sample.topic.endswith("/depth"):
-        live.add_depth(body, stamp, message.depth, message.valid)
+        live.add_depth(body, stamp, message.depth, message.valid, message.zero_depth)
     elif sample.topic.endswith("/odometry") and source == "twin":
         pose = message.pose.pose
         turn = pose.orientation

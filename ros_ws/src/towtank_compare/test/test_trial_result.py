@@ -19,7 +19,9 @@ from synthetic_trial import (
     write_trial,
 )
 from towtank_bag.layout import BagError
+from towtank_bag.reader import open_bag
 from towtank_compare.compare import CompareError, compare_bag
+from towtank_compare.samples import bag_samples, zero_depth
 from towtank_compare.trial_result import trial_result
 from towtank_interfaces.msg import HeaveRatio
 from towtank_rig import load_rig
@@ -80,6 +82,13 @@ def test_the_twins_heave_is_taken_at_the_pressure_port(result):
     assert along["mid-hull"] == pytest.approx(at(0), rel=1e-4)
     assert along["nose"] == pytest.approx(at(half_length), rel=1e-4)
     assert result["fish_place"]["position_m"][0] == x
+
+
+def test_samples_know_where_the_sensors_were_zeroed(trial_bag):
+    """What acts on the way from there needs it; without it, it counts from the surface."""
+    bag = open_bag(trial_bag)
+    assert bag_samples(bag, load_rig(RIG_FILE), "measured").zero_depths == (0.3, 0.2)
+    assert zero_depth(bag, "/measured/joint_states") == 0.0
 
 
 def test_lost_and_bad_scans_are_counted(result):

@@ -106,7 +106,13 @@ class Comparison(Node):
             self._live.add_crank(stamp_ns(message.header.stamp), angle)
 
     def _take_depth(self, body: str, message: Depth) -> None:
-        self._live.add_depth(body, stamp_ns(message.header.stamp), message.depth, message.valid)
+        self._live.add_depth(
+            body,
+            stamp_ns(message.header.stamp),
+            message.depth,
+            message.valid,
+            message.zero_depth,
+        )
 
     def _take_pose(self, body: str, message: Odometry) -> None:
         pose = message.pose.pose

@@ -9,6 +9,7 @@ window was evaluated. Against the second the window ends `SETTLING_MS` before th
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -77,14 +78,19 @@ class LiveHeave:
         self._window_ms = round(window_s * 1000)
         self._crank = _Buffer("crank angle")
         self._depth = {body: _Buffer(f"measured depth of the {body}") for body in _BODIES}
+        self._zero_depth = dict.fromkeys(_BODIES, 0.0)
         self._pose = {body: _Buffer(f"twin's pose of the {body}") for body in _BODIES}
 
     def add_crank(self, stamp_ns: int, angle: float) -> None:
         """Measured crank angle, rad."""
         self._crank.add(stamp_ns, (angle,))
 
-    def add_depth(self, body: str, stamp_ns: int, depth: float, valid: bool) -> None:
-        """Measured depth, m; body: fish or depressor."""
+    def add_depth(
+        self, body: str, stamp_ns: int, depth: float, valid: bool, zero_depth: float
+    ) -> None:
+        """Measured depth, m; body: fish or depressor. zero_depth: where the sensor was zeroed, m
+        below still water, NaN before."""
+        self._zero_depth[body] = 0.0 if math.isnan(zero_depth) else zero_depth
         self._depth[body].add(stamp_ns, (depth, valid))
 
     def add_pose(
@@ -131,7 +137,8 @@ class LiveHeave:
             for buffer in self._depth.values():
                 stamps, rows = buffer.arrays(2)
                 heaves.append(measured_heave(stamps, rows[:, 0], rows[:, 1]))
-            return HeaveSamples("measured", crank, *heaves)
+            zero_depths = (self._zero_depth["fish"], self._zero_depth["depressor"])
+            return HeaveSamples("measured", crank, *heaves, zero_depths)
         places = (pressure_port(self._rig).position, depressor_place(self._rig))
         heaves = []
         for buffer, place in zip(self._pose.values(), places, strict=True):

@@ -70,7 +70,10 @@ def bag_samples(bag: Bag, rig: Rig, source: str, fish_place: Place | None = None
                 for topic in (topics.MEASURED_FISH, topics.MEASURED_DEPRESSOR)
             )
         )
-        return HeaveSamples("measured", crank, fish, depressor)
+        zero_depths = tuple(
+            zero_depth(bag, t) for t in (topics.MEASURED_FISH, topics.MEASURED_DEPRESSOR)
+        )
+        return HeaveSamples("measured", crank, fish, depressor, zero_depths)
     place = fish_place or pressure_port(rig)
     return HeaveSamples(
         source,
@@ -78,6 +81,16 @@ def bag_samples(bag: Bag, rig: Rig, source: str, fish_place: Place | None = None
         body_heave(bag, topics.fish_odometry(source), place.position),
         body_heave(bag, topics.depressor_odometry(source), depressor_place(rig)),
     )
+
+
+def zero_depth(bag: Bag, topic: str) -> float:
+    """Where the sensor of a depth topic was zeroed at last, m below still water; 0 if it was not,
+    or where the bag is too old to tell."""
+    if not bag.has_field(topic, "zero_depth"):
+        return 0.0
+    depths = bag.series(topic, ["zero_depth"])["zero_depth"]
+    known = depths[np.isfinite(depths)]
+    return float(known[-1]) if len(known) else 0.0
 
 
 def has_source(bag: Bag, source: str) -> bool:

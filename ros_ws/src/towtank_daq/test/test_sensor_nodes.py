@@ -148,6 +148,8 @@ def test_zeroing_by_service(bench):
     made.connected()
     made.send([bridge(0.012), 0, 0, 0, 0, 0])
     made.spin_until(lambda: depths)
+    before = depths[0]
+    assert math.isnan(before.zero_depth)
     refused = made.call_zero()
     assert not refused.success
     assert f"only 1 of {ZERO_SCANS} good scans" in refused.message
@@ -162,6 +164,7 @@ def test_zeroing_by_service(bench):
     made.send([bridge(0.012), 0, 0, 0, 0, 0])
     made.spin_until(lambda: depths)
     assert depths[0].zeroed
+    assert depths[0].zero_depth == pytest.approx(before.depth, abs=1e-9)
     assert depths[0].depth == pytest.approx(0.0, abs=1e-9)
 
 

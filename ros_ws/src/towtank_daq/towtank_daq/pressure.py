@@ -61,10 +61,7 @@ class PressureSensor:
         self._conversion = pressure_conversion(rig, sensor)
         self._full_scale = given.full_scale.value
         self._weight = rig.water.density.value * rig.water.gravity.value  # Pa/m
-        self._board_noise = math.hypot(
-            board.channels[self.channel].noise_volts / nominal.gain,
-            nominal.resolution / math.sqrt(12.0),
-        )
+        self._board_noise = board.terminal_noise(given.channel, rig.board.excitation.value)
         # Tables by the centimetre: a budget takes long and changes slowly with depth
         self._budget = lru_cache(maxsize=1000)(self._budget_at)
         self._recent: deque[float] = deque(maxlen=zero_scans)
@@ -73,6 +70,11 @@ class PressureSensor:
     @property
     def zeroed(self) -> bool:
         return self._rest_depth is not None
+
+    @property
+    def zero_depth(self) -> float:
+        """Where the sensor was zeroed, m below still water as it read then; NaN if it was not."""
+        return math.nan if self._rest_depth is None else self._rest_depth
 
     @property
     def can_be_zeroed(self) -> bool:
@@ -91,14 +93,12 @@ class PressureSensor:
         )
         if valid:
             self._recent.append(depth)
-        absolute = self._budget(round(100.0 * depth))
-        before_zeroing = math.hypot(absolute.depth_before_zeroing, absolute.noise)
-        if self._rest_depth is None:
-            uncertainty = before_zeroing
-        else:
+        budget = self._budget(round(100.0 * depth))
+        before_zeroing = math.hypot(budget.depth_before_zeroing, budget.noise)
+        uncertainty = before_zeroing
+        if self._rest_depth is not None:
             depth -= self._rest_depth
-            relative = self._budget(round(100.0 * depth))
-            uncertainty = math.hypot(relative.depth, relative.noise)
+            uncertainty = math.hypot(budget.depth, budget.noise)
         return PressureReading(pressure, self._weight * before_zeroing, depth, uncertainty, valid)
 
     def zero(self) -> str:
@@ -122,9 +122,15 @@ class PressureSensor:
                 "zero again"
             )
         self._rest_depth = mean
+        self._budget.cache_clear()
         return f"zero at {mean:.4f} m, mean of {wanted} scans, scatter {1e3 * scatter:.2f} mm"
 
     def _budget_at(self, centimetres: int) -> SensorBudget:
         # The speed past the port is not known here: the run's is the most there will be
-        at = OperatingPoint(0.01 * centimetres, _ANY_AMPLITUDE, self._rig.run.carriage_speed.value)
+        at = OperatingPoint(
+            0.01 * centimetres,
+            _ANY_AMPLITUDE,
+            self._rig.run.carriage_speed.value,
+            self._rest_depth or 0.0,
+        )
         return depth_budget(self._rig, self._sensor, at, self._board_noise)

@@ -56,6 +56,7 @@ class PressureNode(ScanNode):
         depth.standard_uncertainty = reading.depth_uncertainty
         depth.valid = reading.valid
         depth.zeroed = self._sensor.zeroed
+        depth.zero_depth = self._sensor.zero_depth
         self._pressures.publish(pressure)
         self._depths.publish(depth)
         if not self._ready and self._sensor.can_be_zeroed:
