@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from towtank_rig import load_rig
+from towtank_rig import RigError, load_rig
 from towtank_rig.conversion import (
     Channel,
     accelerometer_conversion,
     calibrated_channel,
     carriage_encoder,
     crank_encoder,
+    depth_conversion,
     depth_from_pressure,
     flow_pressure,
     pitch,
@@ -214,3 +215,63 @@ def test_counts_to_angle_and_back(count, direction):
 
 
 TURNED = {sign: RIG.replace({"sensors.crank_encoder.direction": sign}) for sign in (1, -1)}
+
+
+CALIBRATION = "calibrations.fish_pressure"
+bends = st.floats(-0.004, 0.004)
+
+
+@given(share=st.floats(-0.2, 1.2), quadratic=bends, cubic=bends)
+def test_pressure_through_a_polynomial_and_back(share, quadratic, cubic):
+    """Bends of a tenth of the span, forty times a sensor's: Newton's steps leave nothing."""
+    changes = {"quadratic": f"{quadratic} V", "cubic": f"{cubic} V"}
+    rig = RIG.replace({f"{CALIBRATION}.{key}": value for key, value in changes.items()})
+    bridge = pressure_conversion(rig, "fish_pressure")
+    pressure = share * bridge.full_scale
+    assert bridge.pressure(bridge.volts(pressure)) == pytest.approx(pressure, abs=1e-9 * 50_000)
+
+
+def test_polynomial_of_the_calibration():
+    rig = RIG.replace({f"{CALIBRATION}.quadratic": "0.0004 V", f"{CALIBRATION}.cubic": "-0.0001 V"})
+    bridge = pressure_conversion(rig, "fish_pressure")
+    half = 0.5 * 0.040 + 0.25 * 0.0004 - 0.125 * 0.0001
+    assert bridge.volts(25_000.0) == pytest.approx(half, rel=1e-12)
+    assert bridge.volts([0.0, 50_000.0]) == pytest.approx([0.0, 0.0403], abs=1e-15)
+
+
+def test_temperature_of_the_water_shifts_a_calibrated_sensor():
+    """27 °C in the tank, 20 °C at the calibration: 7 K."""
+    rig = RIG.replace(
+        {
+            f"{CALIBRATION}.temperature": "20 degC",
+            f"{CALIBRATION}.span_temperature": "2e-4 1/K",
+            f"{CALIBRATION}.offset_temperature": "-1e-5 V/K",
+        }
+    )
+    bridge = pressure_conversion(rig, "fish_pressure")
+    assert bridge.volts(0.0) == pytest.approx(-7e-5, rel=1e-12)
+    assert bridge.volts(50_000.0) - bridge.volts(0.0) == pytest.approx(0.040 * 1.0014, rel=1e-12)
+    # The other sensor has its own calibration
+    assert pressure_conversion(rig, "depressor_pressure").volts(0.0) == 0.0
+
+
+def test_polynomial_that_does_not_rise_is_refused():
+    with pytest.raises(RigError, match=r"quadratic: the volts do not rise .*; correct it or cubic"):
+        RIG.replace({f"{CALIBRATION}.quadratic": "-0.03 V"})
+
+
+def test_coefficient_of_temperature_needs_its_temperature():
+    with pytest.raises(RigError, match=r"without the temperature .* add '<number> degC'"):
+        RIG.replace({f"{CALIBRATION}.span_temperature": "2e-4 1/K"})
+
+
+def test_pressure_of_the_flow_is_taken_out_of_the_depth():
+    rig = RIG.replace({"sensors.fish_pressure.flow_coefficient": "0.1"})
+    conversion = depth_conversion(rig, "fish_pressure", BRIDGE)
+    at_port = pressure_from_depth(1.0, rig.water) + flow_pressure(0.1, 1.5, rig.water)
+    codes = BRIDGE.codes(conversion.bridge.volts(at_port))
+    pressure = conversion.pressure(codes)
+    # Half a code is 3.7 nV, 4.6 mPa
+    assert pressure == pytest.approx(at_port, abs=0.005)
+    assert conversion.depth(pressure, 1.5) == pytest.approx(1.0, abs=1e-6)
+    assert conversion.depth(pressure, 0.0) - 1.0 == pytest.approx(0.1 * 1.5**2 / 2 / G, abs=1e-6)

@@ -248,6 +248,28 @@ def test_flow_and_water_make_no_error_of_the_pressure():
     assert budget.head_before_zeroing == components(budget)["calibrated span"].absolute_depth
 
 
+def test_polynomial_takes_the_linearity_out():
+    rig = RIG.replace({"calibrations.fish_pressure.quadratic": "0.0001 V"})
+    assert "linearity" in components(depth_budget(RIG, "fish_pressure", AT))
+    assert "linearity" not in components(depth_budget(rig, "fish_pressure", AT))
+
+
+def test_known_coefficient_of_temperature_leaves_its_own_range():
+    """7 K above the calibration's 20 °C; 2e-4 ± 0.5e-4 per kelvin, the difference known to 1 K."""
+    rig = RIG.replace(
+        {
+            "calibrations.fish_pressure.temperature": "20 degC",
+            "calibrations.fish_pressure.span_temperature": {
+                "value": "2e-4 1/K",
+                "range": [1.5e-4, 2.5e-4],
+            },
+        }
+    )
+    found = components(depth_budget(rig, "fish_pressure", AT))
+    assert found["span's temperature coefficient"].gain == pytest.approx(7 * 0.5e-4 / math.sqrt(3))
+    assert found["span over temperature"].gain == pytest.approx(2e-4 / math.sqrt(3))
+
+
 def test_surge_and_carriage_tilt_the_pitch_but_not_the_roll():
     """0.03 m/s at 3 rad/s: an amplitude within 0.09 m/s², over √3 for the limit and √2 for the
     instant, over g; a carriage that speeds up by 0.5 m/s² within that, over √3."""

@@ -11,6 +11,7 @@ from towtank_rig.errors import RigError
 from towtank_rig.loading import read_rig_text, validate
 from towtank_rig.schema import Rig
 from towtank_rig.static_margin import static_margin
+from towtank_rig.water_density import density_of
 
 # The fastest edges, per second, that the ADC board's encoder inputs are made for.
 ENCODER_EDGES_PER_SECOND = 20_000
@@ -28,7 +29,7 @@ def check_rig(path: str | Path) -> list[RigError | str]:
 
 def warnings(rig: Rig) -> list[str]:
     """Return what is implausible in a valid rig, one line each; empty if nothing is."""
-    checks = (_displacements, _stability, _room, _instruments)
+    checks = (_water, _displacements, _stability, _room, _instruments)
     return [line for check in checks for line in check(rig)]
 
 
@@ -65,6 +66,17 @@ def longest_steady_run(rig: Rig) -> float:
     if speed == 0.0:
         return math.inf
     return max(rig.tank.length.value / speed - rig.run.ramp_time.value, 0.0)
+
+
+def _water(rig: Rig) -> Iterator[str]:
+    """The stated density against that of the temperature."""
+    stated, derived = rig.water.density, density_of(rig.water.temperature, rig.water.salinity)
+    spans = [q.range or (q.value, q.value) for q in (stated, derived)]
+    if max(low for low, _ in spans) > min(high for _, high in spans):
+        yield (
+            f"water: density {stated}, but {derived} by TEOS-10 at {rig.water.temperature} and a "
+            f"salinity of {rig.water.salinity}"
+        )
 
 
 def _displacements(rig: Rig) -> Iterator[str]:

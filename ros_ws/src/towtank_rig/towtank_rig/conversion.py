@@ -19,6 +19,11 @@ from towtank_rig.schema import Rig, Water
 
 Array = NDArray[np.float64]
 
+# A sensor's polynomial is taken as straight beyond these shares of full scale.
+_FITTED_SHARES = (-0.1, 1.1)
+# A bend of 10 % of the span leaves 1e-16 after four steps; each squares the error.
+_NEWTON_STEPS = 5
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -63,9 +68,13 @@ class Channel:
 
     def codes(self, volts: ArrayLike) -> NDArray[np.int64]:
         """Return the code of volts at the terminals, saturated at the ends of the scale."""
-        at_input = self.gain * np.asarray(volts, dtype=float) + self.offset
-        codes = np.floor(at_input * self._codes_per_volt + self._zero_code + 0.5)
+        codes = np.floor(self.exact_code(volts) + 0.5)
         return np.clip(codes, 0, 2**self.bits - 1).astype(np.int64)
+
+    def exact_code(self, volts: ArrayLike) -> Array:
+        """Return the code of volts at the terminals, neither rounded nor saturated."""
+        at_input = self.gain * np.asarray(volts, dtype=float) + self.offset
+        return at_input * self._codes_per_volt + self._zero_code
 
     def saturated(self, codes: ArrayLike) -> NDArray[np.bool_]:
         """Return where a code lies at an end of the scale and so is no measurement."""
@@ -85,10 +94,11 @@ def calibrated_channel(rig: Rig, sensor: PressureSensorName, nominal: Channel) -
 class PressureConversion:
     """Gauge pressure of a ratiometric bridge.
 
-    volts = excitation/reference_excitation · (offset + span · pressure/full_scale)
+    volts = excitation/reference_excitation · (offset + span·s + quadratic·s² + cubic·s³), with
+    s = pressure/full_scale
 
     Attributes:
-        span: Volts from zero to full scale at the reference excitation.
+        span: Volts from zero to full scale at the reference excitation, the bend aside.
         offset: Volts at zero pressure, at the reference excitation.
         full_scale: Pa.
         reference_excitation: V.
@@ -100,27 +110,61 @@ class PressureConversion:
     full_scale: float
     reference_excitation: float
     excitation: float
+    quadratic: float = 0.0
+    cubic: float = 0.0
 
     def pressure(self, volts: ArrayLike) -> Array:
-        """Return Pa from volts at the terminals, given as at the nominal excitation."""
+        """Return Pa from volts at the terminals, given as at the nominal excitation.
+
+        Beyond where the polynomial was fitted (10 % around zero to full scale) its straight
+        continuation holds.
+        """
         at_reference = np.asarray(volts, dtype=float) * self.reference_excitation / self.excitation
-        return (at_reference - self.offset) * (self.full_scale / self.span)
+        rise = at_reference - self.offset
+        if not (self.quadratic or self.cubic):
+            return rise * (self.full_scale / self.span)
+        share = rise / self.span
+        for _ in range(_NEWTON_STEPS):
+            share = share - (self._rise(share) - rise) / self._slope(share)
+        return share * self.full_scale
 
     def volts(self, pressure: ArrayLike) -> Array:
         """Return volts at the terminals at the nominal excitation, from Pa."""
-        at_reference = self.offset + np.asarray(pressure, dtype=float) * (
-            self.span / self.full_scale
-        )
-        return at_reference * self.excitation / self.reference_excitation
+        rise = self._rise(np.asarray(pressure, dtype=float) / self.full_scale)
+        return (self.offset + rise) * self.excitation / self.reference_excitation
+
+    def _rise(self, share: Array) -> Array:
+        if not (self.quadratic or self.cubic):
+            return share * self.span
+        inside = np.clip(share, *_FITTED_SHARES)
+        curve = inside * (self.span + inside * (self.quadratic + inside * self.cubic))
+        return curve + (share - inside) * self._slope(share)
+
+    def _slope(self, share: Array) -> Array:
+        inside = np.clip(share, *_FITTED_SHARES)
+        return self.span + inside * (2.0 * self.quadratic + 3.0 * self.cubic * inside)
 
 
 def pressure_conversion(rig: Rig, sensor: PressureSensorName) -> PressureConversion:
     """Return the conversion of one pressure sensor."""
     given = getattr(rig.sensors, sensor)
-    line = getattr(rig.calibrations, sensor) or given
+    calibration = getattr(rig.calibrations, sensor)
+    line = calibration or given
+    span, offset = line.span.value, line.offset.value
+    quadratic, cubic = 0.0, 0.0
+    if calibration is not None:
+        quadratic, cubic = calibration.bends
+        if calibration.temperature is not None:
+            warmer = rig.water.temperature.value - calibration.temperature.value
+            if calibration.span_temperature is not None:
+                span *= 1.0 + calibration.span_temperature.value * warmer
+            if calibration.offset_temperature is not None:
+                offset += calibration.offset_temperature.value * warmer
     return PressureConversion(
-        span=line.span.value,
-        offset=line.offset.value,
+        span=span,
+        offset=offset,
+        quadratic=quadratic,
+        cubic=cubic,
         full_scale=given.full_scale.value,
         reference_excitation=given.reference_excitation.value,
         excitation=rig.board.excitation.value,
@@ -142,6 +186,42 @@ def flow_pressure(flow_coefficient: ArrayLike, speed: ArrayLike, water: Water) -
     """Return Cp·½ρU², the Pa by which flow at ``speed`` (m/s) shifts the reading of a port."""
     head = 0.5 * water.density.value * np.square(np.asarray(speed, dtype=float))
     return np.asarray(flow_coefficient, dtype=float) * head
+
+
+@dataclass(frozen=True)
+class DepthConversion:
+    """From the codes of one pressure channel to pressure and depth.
+
+    Attributes:
+        channel: Front end and ADC.
+        bridge: The sensor.
+        water: For density, gravity and the flow's pressure.
+        flow_coefficient: Cp of the port.
+    """
+
+    channel: Channel
+    bridge: PressureConversion
+    water: Water
+    flow_coefficient: float
+
+    def pressure(self, codes: ArrayLike) -> Array:
+        """Return the gauge pressure at the port, Pa, that of the flow included."""
+        return self.bridge.pressure(self.channel.volts(codes))
+
+    def depth(self, pressure: ArrayLike, speed: ArrayLike) -> Array:
+        """Return the depth, m below still water, from pressure, Pa, and towing speed, m/s."""
+        flow = flow_pressure(self.flow_coefficient, speed, self.water)
+        return depth_from_pressure(np.asarray(pressure, dtype=float) - flow, self.water)
+
+
+def depth_conversion(rig: Rig, sensor: PressureSensorName, nominal: Channel) -> DepthConversion:
+    """Return the conversion of one pressure channel; ``nominal``: as the board describes it."""
+    return DepthConversion(
+        calibrated_channel(rig, sensor, nominal),
+        pressure_conversion(rig, sensor),
+        rig.water,
+        getattr(rig.sensors, sensor).flow_coefficient.value,
+    )
 
 
 def mounting_rotation(mounting: Mounting) -> Array:

@@ -96,16 +96,16 @@ def pressure_error_terms(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorTer
         )
     else:
         gains = (ErrorTerm("calibrated span", "gain", (calibration.span_error,), "1"),)
-    since_calibration = errors.temperature_since_calibration
+    # A polynomial has taken the bend out
+    straight = calibration is None or not any(calibration.bends)
+    linearity = (ErrorTerm("linearity", "linearity", (errors.linearity,), "1"),) if straight else ()
     since_zeroing = errors.temperature_since_zeroing
     return (
         *gains,
-        ErrorTerm(
-            "span over temperature", "gain", (errors.span_temperature, since_calibration), "1"
-        ),
+        *_span_over_temperature(rig, sensor),
         # A loop that ends below full scale is narrower in proportion.
         ErrorTerm("hysteresis", "gain", (errors.hysteresis,), "1"),
-        ErrorTerm("linearity", "linearity", (errors.linearity,), "1"),
+        *linearity,
         ErrorTerm("offset", "zero_offset", (errors.offset,), "V"),
         ErrorTerm("amplifier offset", "zero_offset", (errors.amplifier_offset,), "V"),
         ErrorTerm(
@@ -123,6 +123,36 @@ def pressure_error_terms(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorTer
         ErrorTerm("flow pressure", "flow", (errors.flow_coefficient,), "1"),
         ErrorTerm("water density", "water", (_relative_limit(rig.water.density),), "1", True),
         ErrorTerm("gravity", "water", (_relative_limit(rig.water.gravity),), "1", True),
+    )
+
+
+def _span_over_temperature(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorTerm, ...]:
+    """Return what the water's temperature leaves of error in the span.
+
+    Where a calibration knows the coefficient, the conversion takes it out; what is left are the
+    coefficient's own range over the difference of temperatures, and the coefficient times what is
+    not known of the difference.
+    """
+    errors = getattr(rig.sensors, sensor).errors
+    calibration = getattr(rig.calibrations, sensor)
+    unknown = errors.temperature_since_calibration
+    if calibration is None or calibration.span_temperature is None:
+        factors = (errors.span_temperature, unknown)
+        return (ErrorTerm("span over temperature", "gain", factors, "1"),)
+    coefficient = calibration.span_temperature
+    warmer = abs(rig.water.temperature.value - calibration.temperature.value)
+    low, high = coefficient.range or (coefficient.value, coefficient.value)
+    source = coefficient.source
+    range_left = Tolerance(value=(high - low) / 2.0 * warmer, unit="1", source=source)
+    known = Tolerance(
+        value=abs(coefficient.value) * unknown.value,
+        unit="1",
+        distribution=unknown.distribution,
+        source=unknown.source,
+    )
+    return (
+        ErrorTerm("span's temperature coefficient", "gain", (range_left,), "1"),
+        ErrorTerm("span over temperature", "gain", (known,), "1"),
     )
 
 

@@ -162,17 +162,59 @@ class Calibration(Section):
 
 
 class PressureCalibration(Calibration):
-    """Straight line fitted in place through known immersions; takes the place of the data sheet's.
+    """Line or polynomial fitted in place through known immersions; takes the data sheet's place.
 
-    It covers the whole chain, amplifier and reference included. ``afe_gain`` replaces the board's
-    nominal gain if the amplifier was calibrated by itself.
+    volts = offset + span·s + quadratic·s² + cubic·s³ at the reference excitation, s being the share
+    of full scale. It covers the whole chain, amplifier and reference included. ``afe_gain``
+    replaces the board's nominal gain if the amplifier was calibrated by itself.
+
+    Offset and span are those at ``temperature``, and change with the water's by the two
+    coefficients; ranges of these are the limits of their uncertainty.
     """
 
-    span: Annotated[Quantity, SI("V", gt=0)]  # at full scale and reference excitation
+    span: Annotated[Quantity, SI("V", gt=0)]
     offset: Voltage
+    quadratic: Voltage | None = None
+    cubic: Voltage | None = None
     fitted_range: Pressure  # the line was fitted between 0 and this pressure
     span_error: RelativeLimit
+    temperature: Annotated[Quantity, SI("degC", ge=-3, le=50)] | None = None
+    span_temperature: Annotated[Quantity, SI("1/K")] | None = None
+    offset_temperature: Annotated[Quantity, SI("V/K")] | None = None
     afe_gain: Annotated[Quantity, SI("1", gt=0)] | None = None
+
+    @model_validator(mode="after")
+    def _rises(self) -> "PressureCalibration":
+        if not rises(self.span.value, *self.bends):
+            raise rig_fault(
+                "the volts do not rise all the way to full scale",
+                "correct it or cubic",
+                at="quadratic",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _temperature_is_known(self) -> "PressureCalibration":
+        if self.temperature is None and (self.span_temperature or self.offset_temperature):
+            raise rig_fault(
+                "coefficients of temperature without the temperature that they count from",
+                "add '<number> degC'",
+                at="temperature",
+            )
+        return self
+
+    @property
+    def bends(self) -> tuple[float, float]:
+        """Return the quadratic and the cubic coefficient, V; zero where there is none."""
+        terms = (self.quadratic, self.cubic)
+        quadratic, cubic = (term.value if term is not None else 0.0 for term in terms)
+        return quadratic, cubic
+
+
+def rises(span: float, quadratic: float, cubic: float) -> bool:
+    """Return whether span·s + quadratic·s² + cubic·s³ rises from s = −0.1 to 1.1."""
+    share = np.linspace(-0.1, 1.1, 121)
+    return bool(np.all(span + 2.0 * quadratic * share + 3.0 * cubic * share**2 > 0.0))
 
 
 class AxisCalibration(Section):

@@ -40,6 +40,11 @@ class TowPointMotion:
         """Return z of the tow point, m, at crank angles of any shape, rad."""
         return self.mean_height + self.heave(np.asarray(crank_angle, dtype=float))
 
+    def heave_of(self, crank_angle: float, crank_rate: float) -> tuple[float, float]:
+        """Return heave, m, and its rate, m/s, at a crank angle, rad, and rate, rad/s."""
+        angle = np.asarray(crank_angle, dtype=float)
+        return float(self.heave(angle)), float(self.slope(angle)) * crank_rate
+
 
 def tow_point_motion(tow_point: TowPoint) -> TowPointMotion:
     """Return the motion law of a rig's tow point."""

@@ -3,22 +3,48 @@
 
 import hashlib
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BaseModel, PrivateAttr, model_validator
+from pydantic import BaseModel, PrivateAttr, TypeAdapter, ValidationError, model_validator
 
 from towtank_rig.document import Document
 from towtank_rig.instruments import Board, Calibrations, Sensors
 from towtank_rig.quantity import SI, Quantity, Section, rig_fault
 from towtank_rig.tow import Depressor, Fish, Length, Lines, Run, TowPoint
+from towtank_rig.water_density import density_of
+
+Temperature = Annotated[Quantity, SI("degC", ge=-3, le=50)]
+Salinity = Annotated[Quantity, SI("1", ge=0, le=0.042)]
 
 
 class Water(Section):
-    """The water of the tank and the local gravity."""
+    """The water of the tank and the local gravity.
+
+    Salinity is the absolute one, a fraction of mass. A density that the file does not give follows
+    from temperature and salinity.
+    """
 
     density: Annotated[Quantity, SI("kg/m^3", gt=0)]
     gravity: Annotated[Quantity, SI("m/s^2", gt=0)]
-    temperature: Annotated[Quantity, SI("degC", ge=-3, le=50)]
+    temperature: Temperature
+    salinity: Salinity = Quantity(value=0.0, unit="1")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _density_by_temperature(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "density" in data or "temperature" not in data:
+            return data
+        try:
+            temperature = _TEMPERATURE.validate_python(data["temperature"])
+            salinity = _SALINITY.validate_python(data.get("salinity", "0"))
+        except ValidationError:
+            # Refused where temperature or salinity stand; a density amiss would only hide that
+            return {**data, "density": "1000 kg/m^3"}
+        return {**data, "density": density_of(temperature, salinity)}
+
+
+_TEMPERATURE: TypeAdapter[Quantity] = TypeAdapter(Temperature)
+_SALINITY: TypeAdapter[Quantity] = TypeAdapter(Salinity)
 
 
 class Tank(Section):
