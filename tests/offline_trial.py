@@ -86,7 +86,7 @@ class OfflineTrial:
             seed=seed,
         ) as virtual:
             frames = bench_frames(self.history, self.rig, errors, START_NS)
-            scans = _acquire(virtual, board, frames, self.history.time[-1])
+            scans = acquire(virtual, board, frames, self.history.time[-1])
         samples = self._convert(scans, board)
         return samples, analyse_window(samples, self.rig, *self.window_ms)
 
@@ -142,7 +142,7 @@ class _Line:
             self._fed += 1
 
 
-def _acquire(
+def acquire(
     virtual: VirtualBoard, board: BoardDescription, frames: list[bytes], duration_s: float
 ) -> list[Scan]:
     scans: list[Scan] = []

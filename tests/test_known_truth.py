@@ -3,10 +3,11 @@
 
 A trial draws every error that the rig allows once, for that is what a systematic error is: one
 value for the whole of a trial. Sensors are zeroed at rest at some depth; then fish and depressor
-move, the crank turning five times. The codes are converted, and values stated with 95 % intervals:
-of depth and attitude at one sample of a trial, taken at random (the next sample has the same
-systematic errors and would say little new), and of the heave ratio, the one that a trial's result
-has. A statement is right if 95 % of the trials lie inside: fewer make it false, more make it idle.
+move, the crank turning five times. What the sensor nodes and a trial's analysis are made of reads
+the codes and states values with 95 % intervals: of depth and attitude at one sample of a trial,
+taken at random (the next sample has the same systematic errors and would say little new), and of
+the heave ratio, the one that a trial's result has. A statement is right if 95 % of the trials lie
+inside: fewer make it false, more make it idle.
 
 The chain is that of a trial without microcontroller and clock (test_offline_trials.py has those).
 """
@@ -22,9 +23,11 @@ import pytest
 from towtank_compare.heave import HeaveSamples, analyse_window
 from towtank_compare.series import Series
 from towtank_daq.description import installed_description, load_description
+from towtank_daq.encoder import Drive
+from towtank_daq.inclinometer import Inclinometer
+from towtank_daq.pressure import PressureReading, PressureSensor
 from towtank_rig import Rig, conversion, load_rig
 from towtank_rig.sensor_errors import draw_many
-from towtank_rig.uncertainty import OperatingPoint, depth_budget, inclination_budget
 from towtank_sim.axes import to_tank
 from towtank_sim.drive import trial_commands
 from towtank_sim.offline import simulate_plant
@@ -154,30 +157,28 @@ class KnownTruth:
         noise = math.hypot(sensor_noise, board_noise)
         return adc.codes(volts + noise * self._rng.standard_normal(volts.shape))
 
-    def depths(self, sensor: str, codes: np.ndarray) -> np.ndarray:
+    def depths(self, sensor: str, codes: np.ndarray, speed: float) -> np.ndarray:
         """Depths below still water that the codes of one channel are read as, m."""
         adc = BOARD.adc_channel(self._channel(sensor), self.rig.board.excitation.value)
-        pressure = conversion.pressure_conversion(self.rig, sensor).pressure(adc.volts(codes))
-        return conversion.depth_from_pressure(pressure, self.rig.water)
+        read = conversion.depth_conversion(self.rig, sensor, adc)
+        return read.depth(read.pressure(codes), speed)
 
-    def depth_noise(self, sensor: str) -> float:
-        """Standard deviation of one sample, as a budget states it, m."""
-        volts = BOARD.terminal_noise(self._channel(sensor), self.rig.board.excitation.value)
-        return depth_budget(self.rig, sensor, OperatingPoint(0.0, 1.0, 0.0), volts).noise
+    def zeroed_sensor(self, sensor: str, trial: int) -> tuple[PressureSensor, PressureReading]:
+        """A trial's sensor after zeroing, and its last reading before."""
+        reader = PressureSensor(self.rig, BOARD, sensor, ZERO_SCANS)
+        for code in self.resting[sensor][trial].tolist():
+            reading = reader.process(scan_of({self._channel(sensor): code}), BOARD.all_valid)
+        reader.zero()
+        return reader, reading
 
-    def specific_forces(self) -> np.ndarray:
-        """What the accelerometer's codes are read as, m/s², shape (TRIALS, 3)."""
-        excitation = self.rig.board.excitation.value
-        axes = zip(self._axes, self.accelerations.T, strict=True)
-        volts = [BOARD.adc_channel(name, excitation).volts(codes) for name, codes in axes]
-        return conversion.accelerometer_conversion(self.rig).specific_force(np.stack(volts, -1))
+    def towed_scan(self, sensor: str, trial: int) -> list[int]:
+        """A trial's scan at its chosen sample, as a pressure sensor's node sees it."""
+        code = int(self.towed[sensor][trial, self.chosen[trial]])
+        return scan_of({self._channel(sensor): code})
 
-    @property
-    def force_noise(self) -> float:
-        """Standard deviation of one axis' sample, as the rig and the board state it, m/s²."""
-        given = self.rig.sensors.accelerometer
-        board = BOARD.terminal_noise(given.channels.x, self.rig.board.excitation.value)
-        return math.hypot(given.errors.noise.value, board) / given.sensitivity.value
+    def accelerometer_scan(self, trial: int) -> list[int]:
+        """A trial's scan at its chosen sample, as the inclinometer's node sees it."""
+        return scan_of(dict(zip(self._axes, self.accelerations[trial].tolist(), strict=True)))
 
     def _channel(self, sensor: str) -> str:
         return getattr(self.rig.sensors, sensor).channel
@@ -186,6 +187,16 @@ class KnownTruth:
     def _axes(self) -> tuple[str, str, str]:
         names = self.rig.sensors.accelerometer.channels
         return names.x, names.y, names.z
+
+    @property
+    def drive(self) -> Drive:
+        """Under way."""
+        return Drive(self.crank_rate, self.speed, 0.0)
+
+
+def scan_of(codes: dict[str, int]) -> list[int]:
+    """A scan with the codes of some channels."""
+    return [codes.get(name, 0) for name in BOARD.channel_names]
 
 
 def column(values: np.ndarray) -> np.ndarray:
@@ -219,44 +230,36 @@ def known(request) -> KnownTruth:
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_depths_lie_in_their_intervals(known, sensor):
     """Below still water at rest, before zeroing; below the place of zeroing under way."""
-    motion, noise = known.motions[sensor], known.depth_noise(sensor)
-    resting = known.depths(sensor, known.resting[sensor])
-    zero = resting.mean(axis=1)
-    towed = at_sample(known.depths(sensor, known.towed[sensor]), known.chosen)
-    true_way = at_sample(motion.depth, known.chosen) - motion.rest
+    motion = known.motions[sensor]
+    truth = at_sample(motion.depth, known.chosen) - motion.rest
     at_rest, under_way = np.zeros((2, TRIALS), dtype=bool)
     for trial in range(TRIALS):
-        here = OperatingPoint(resting[trial, -1], amplitude=1.0, speed=0.0)
-        u95 = depth_budget(known.rig, sensor, here).depth_before_zeroing_u95(noise)
-        at_rest[trial] = abs(resting[trial, -1] - motion.rest[trial]) <= u95
-        there = OperatingPoint(towed[trial], 1.0, known.speed, zero[trial])
-        scatter = noise * math.sqrt(1.0 + 1.0 / ZERO_SCANS)  # the sample's, and that of the zero
-        u95 = depth_budget(known.rig, sensor, there).depth_u95(scatter)
-        under_way[trial] = abs(towed[trial] - zero[trial] - true_way[trial]) <= u95
+        reader, resting = known.zeroed_sensor(sensor, trial)
+        at_rest[trial] = abs(resting.depth - motion.rest[trial]) <= resting.depth_u95
+        towed = reader.process(known.towed_scan(sensor, trial), BOARD.all_valid, known.drive)
+        under_way[trial] = abs(towed.depth - truth[trial]) <= towed.depth_u95
     assert_covered(at_rest, "depth below still water")
     assert_covered(under_way, "depth below the place of zeroing")
 
 
 def test_pitch_and_roll_lie_in_their_intervals(known):
     """Under way: the fish heaves and surges."""
-    force = known.specific_forces()
-    pitch, roll = conversion.pitch(force), conversion.roll(force)
-    noise = known.force_noise / known.rig.water.gravity.value
+    reader = Inclinometer(known.rig, BOARD)
     inside = np.zeros((2, TRIALS), dtype=bool)
     for trial in range(TRIALS):
-        rate = known.crank_rate
-        budget = inclination_budget(known.rig, pitch[trial], roll[trial], crank_rate=rate)
-        u95 = budget.pitch_u95(noise), budget.roll_u95(noise / math.cos(pitch[trial]))
-        inside[0, trial] = abs(pitch[trial] - known.pitch[trial]) <= u95[0]
-        inside[1, trial] = abs(roll[trial] - known.roll[trial]) <= u95[1]
+        read = reader.process(known.accelerometer_scan(trial), BOARD.all_valid, known.drive)
+        inside[0, trial] = abs(read.pitch - known.pitch[trial]) <= read.pitch_uncertainty.u95
+        inside[1, trial] = abs(read.roll - known.roll[trial]) <= read.roll_uncertainty.u95
     assert_covered(inside[0], "pitch")
     assert_covered(inside[1], "roll")
 
 
 def test_heave_ratios_lie_in_their_intervals(known):
-    zeros = {sensor: known.depths(sensor, known.resting[sensor]).mean(axis=1) for sensor in SENSORS}
+    zeros = {
+        sensor: known.depths(sensor, known.resting[sensor], 0.0).mean(axis=1) for sensor in SENSORS
+    }
     heaves = {
-        sensor: column(zeros[sensor]) - known.depths(sensor, known.towed[sensor])
+        sensor: column(zeros[sensor]) - known.depths(sensor, known.towed[sensor], known.speed)
         for sensor in SENSORS
     }
     fish, depressor = (known.motions[sensor].amplitude for sensor in SENSORS)

@@ -39,6 +39,7 @@ ARGUMENTS = {
     "plant_rig": ("", "virtual tank: the plant's own rig file; empty for the rig"),
     "noise": ("rig", "virtual tank: 'rig' for sensor errors from the rig's budget, or 'none'"),
     "seed": ("1", "virtual tank: seed of the sensor errors"),
+    "sensor_faults": ("", "virtual tank: broken sensors and wires, CHANNEL:KIND@START[-STOP],…"),
 }
 CHOICES = {"noise": ["rig", "none"]}
 ENVIRONMENT = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "OPENBLAS_NUM_THREADS": "1"}
@@ -113,6 +114,7 @@ def trial(context: LaunchContext) -> list:
         plant_rig=value["plant_rig"] or None,
         noise=value["noise"],
         seed=number(int, "seed", value),
+        sensor_faults=value["sensor_faults"],
         runtime=runtime,
     )
     try:

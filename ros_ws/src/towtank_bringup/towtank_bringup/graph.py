@@ -76,6 +76,7 @@ class VirtualTankSettings:
     noise: 'rig' for sensor errors drawn from the rig's budget, 'none' for ideal sensors.
     conversion_noise: standard deviation of one conversion at the ADC's input by channel, V: white
     noise of sensor, front end and converter together.
+    sensor_faults: of sensors and wires, as towtank_sim.terminal_faults reads them.
     """
 
     plant_rig: Path
@@ -86,6 +87,7 @@ class VirtualTankSettings:
     conversion_noise: tuple[float, ...]
     noise: str = "rig"
     seed: int = 1
+    sensor_faults: str = ""
 
     @property
     def port(self) -> Path:
@@ -192,6 +194,7 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
                 "socket": str(tank.bench_socket),
                 "noise": tank.noise,
                 "seed": tank.seed,
+                "sensor_faults": tank.sensor_faults,
             },
         ),
     )

@@ -12,6 +12,7 @@ from pathlib import Path
 from towtank_daq.description import installed_description, load_description
 from towtank_rig import Rig, load_rig
 from towtank_rig.conversion import crank_encoder
+from towtank_sim.terminal_faults import FaultError, TerminalFaults, parse_faults
 
 from towtank_bringup.graph import (
     FIRMWARE_IMAGE,
@@ -93,6 +94,7 @@ def plan_trial(
     plant_rig: str | None = None,
     noise: str = "rig",
     seed: int = 1,
+    sensor_faults: str = "",
 ) -> PlannedTrial:
     """Plan a trial. See `towtank trial --help` for the arguments.
 
@@ -112,6 +114,10 @@ def plan_trial(
         )
     rig_file = rig_path(rig)
     loaded = load_rig(rig_file)
+    try:
+        TerminalFaults(parse_faults(sensor_faults), loaded, loaded.board.channels)
+    except FaultError as error:
+        raise PlanError(str(error)) from error
     now = datetime.datetime.now(datetime.UTC)
     directory = TrialDirectory(
         (out or Path("trials") / f"{rig_file.stem}-{now:%Y%m%dT%H%M%SZ}").absolute()
@@ -130,6 +136,7 @@ def plan_trial(
             conversion_noise=conversion_noise(loaded) if noise == "rig" else (0.0,),
             noise=noise,
             seed=seed,
+            sensor_faults=sensor_faults,
         )
         graph = virtual_tank(settings, tank) + graph
     return PlannedTrial(loaded, graph, Course.from_rig(loaded, duration), directory, port is None)

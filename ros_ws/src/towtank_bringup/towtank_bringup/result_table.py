@@ -40,8 +40,20 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
         f"scans: {scans['scheduled']} scheduled, {scans['received']} received, "
         f"{scans['lost']} lost, {scans['bad']} bad"
     )
+    for line in _health_warnings(result["sensor_health"]):
+        console.print(line)
     if directory:
         console.print(f"report: {directory / 'report.html'}", soft_wrap=True)
+
+
+def _health_warnings(health: dict[str, dict[str, int] | None]) -> list[str]:
+    return [
+        f"warning: {sensor}: {flag} in {count} of {counts['samples']} samples"
+        for sensor, counts in health.items()
+        if counts
+        for flag, count in counts.items()
+        if flag != "samples" and count
+    ]
 
 
 def _number(value: float | None, scale: float = 1.0, digits: int = 4) -> str:

@@ -22,6 +22,7 @@ from towtank_interfaces.msg import (
     Depth,
     HeaveRatio,
     Inclination,
+    SensorHealth,
     TrialEvent,
 )
 from towtank_rig import load_rig
@@ -145,6 +146,7 @@ def trial_samples(noise_m: float = 2e-4) -> list[Sample]:
                     valid=i != BAD_SCAN,
                     zeroed=True,
                     zero_depth=ZERO_DEPTH[body],
+                    health=SensorHealth(flags=fish_health(t) if body == "fish" else 0),
                 ),
             )
             for source in ("twin", "plant"):
@@ -170,6 +172,12 @@ def trial_samples(noise_m: float = 2e-4) -> list[Sample]:
         event = TrialEvent(header=head(stamp, ""), event=name, detail=json.dumps(detail))
         add("/trial/events", stamp, event)
     return sorted(samples, key=lambda sample: sample.stamp_ns)
+
+
+def fish_health(t: float) -> int:
+    """Noisy from 5 s to 6 s, and open in the first tenth of that."""
+    noisy = SensorHealth.NOISE if 5.0 <= t < 6.0 else 0
+    return noisy | (SensorHealth.OPEN if 5.0 <= t < 5.1 else 0)
 
 
 def write_trial(directory: Path, samples: list[Sample], ratios: list[HeaveRatio] = ()) -> Path:

@@ -76,6 +76,9 @@ def test_the_table_holds_the_results(page, report, trial_bag):
     assert f"{result['heave_ratio']['twin']['value']:.4f}" in text
     assert f"{1e3 * result['amplitude_m']['fish']['measured']:.2f}" in text
     assert "1601, 1599, 2, 1" in page.locator("#acquisition").inner_text()
+    fish = page.locator("#sensor-health tbody tr").all_inner_texts()[0].split()
+    assert fish[-6:] == ["10", "0", "0", "0", "0", "100"]
+    assert "flagged “noise” in 100 of" in page.inner_text("body")
     calibrations = page.locator("#calibrations tbody tr").all_inner_texts()
     assert len(calibrations) == len(result["calibrations"])
     assert "fish-pressure-assumed" in calibrations[0]

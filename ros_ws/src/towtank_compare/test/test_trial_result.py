@@ -96,6 +96,18 @@ def test_lost_and_bad_scans_are_counted(result):
     assert result["scans"] == {"scheduled": 1601, "received": 1599, "lost": 2, "bad": 1}
 
 
+def test_health_of_the_sensors_is_counted(result):
+    """The fish's sensor is noisy for a second, and open for a tenth of it; samples of the log are
+    those from 2 s to 18 s, two of them lost, stamped up to 2 ms after the tick."""
+    health = result["sensor_health"]
+    fish = health["fish_pressure"]
+    assert (fish["noise"], fish["open"], fish["short"]) == (100, 10, 0)
+    assert fish["samples"] == 1598
+    flags = ("open", "short", "saturated", "stuck", "excitation", "noise")
+    for sensor in ("depressor_pressure", "accelerometer"):
+        assert [health[sensor][flag] for flag in flags] == [0] * 6
+
+
 def test_encoder_counts_are_those_of_the_plant(result):
     """First scan at 0 s, last at 19.99 s: 4096 counts a turn at half a turn a second, 4096 counts
     in half a metre at 1 m/s."""

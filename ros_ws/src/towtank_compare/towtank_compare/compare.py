@@ -21,7 +21,7 @@ from towtank_compare.result_form import (
     window_entry,
 )
 from towtank_compare.samples import SIMULATED, bag_samples, has_source
-from towtank_compare.scans import scan_count
+from towtank_compare.scans import scan_count, sensor_health
 from towtank_compare.trial_log import logged_window
 
 SOURCES = ("measured", *SIMULATED)
@@ -115,6 +115,7 @@ class Comparison:
                 "twin_amplitude_m": analyses.along_fish,
             },
             "scans": scan_count(self.bag, t0_ms, t1_ms),
+            "sensor_health": sensor_health(self.bag, t0_ms, t1_ms),
             "analysis": {
                 source: analysis_entry(result)
                 for source, result in results.items()

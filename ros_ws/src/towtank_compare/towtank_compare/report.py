@@ -24,7 +24,6 @@ from towtank_compare.samples import SIMULATED, bag_samples, has_source, joint_se
 from towtank_compare.series import Series
 from towtank_compare.trial_result import assumption_rows, calibration_rows
 
-INCLINATION = "/measured/fish/inclination"
 CABLE_STATE = "/twin/cable_state"
 SHAPES = 4
 """Instants of the side view, spread over one crank period."""
@@ -105,7 +104,7 @@ def _figures(bag: Bag, rig: Rig, analyses: Analyses, t0_ms: int, t1_ms: int) -> 
 def _pitches(bag: Bag, t0_ns: int, t1_ns: int) -> dict[str, Series]:
     """Bow-up pitch by source, rad."""
     pitches = {}
-    measured = bag.series(INCLINATION, ["pitch", "valid"])
+    measured = bag.series(topics.INCLINATION, ["pitch", "valid"])
     valid = measured["valid"].astype(bool)
     pitches["measured"] = Series.of(measured["stamp_ns"][valid], -measured["pitch"][valid])
     for source in SIMULATED:

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lost and bad scans of the board, and its encoder counts against the truth."""
+"""Lost and bad scans of the board, its encoder counts against the truth, and what looked wrong with
+the sensors."""
 
 from __future__ import annotations
 
 import numpy as np
 from towtank_bag.reader import Bag
+from towtank_interfaces.msg import SensorHealth
 from towtank_rig import Rig
 from towtank_rig.conversion import carriage_encoder, crank_encoder
 
@@ -15,6 +17,17 @@ from towtank_compare.samples import joint_series
 SCANS = "/measured/adc_scan"
 PLANT_JOINTS = "/plant/joint_states"
 ALL_CHANNELS = 0b11_1111
+HEALTH = {
+    "fish_pressure": topics.MEASURED_FISH,
+    "depressor_pressure": topics.MEASURED_DEPRESSOR,
+    "accelerometer": topics.INCLINATION,
+}
+"""Topics that tell a sensor's health."""
+
+FLAGS = {
+    name: getattr(SensorHealth, name)
+    for name in ("OPEN", "SHORT", "SATURATED", "STUCK", "EXCITATION", "NOISE")
+}
 
 
 def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
@@ -38,6 +51,27 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
         "lost": scheduled - len(sequence),
         "bad": int(np.count_nonzero(bad)),
     }
+
+
+def sensor_health(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, dict[str, int] | None]:
+    """Samples of a window by sensor: `samples`, and how many of them carry each flag.
+
+    Null for a sensor that the bag tells nothing of.
+    """
+    found: dict[str, dict[str, int] | None] = {}
+    for sensor, topic in HEALTH.items():
+        if not bag.has_field(topic, "health"):
+            found[sensor] = None
+            continue
+        series = bag.series(topic, ["health.flags"])
+        stamps = series["stamp_ns"]
+        inside = (stamps >= t0_ms * NS_PER_MS) & (stamps <= t1_ms * NS_PER_MS)
+        flags = series["health.flags"][inside].astype(np.int64)
+        found[sensor] = {
+            "samples": len(flags),
+            **{name.lower(): int(np.count_nonzero(flags & bit)) for name, bit in FLAGS.items()},
+        }
+    return found
 
 
 def encoder_count(bag: Bag, rig: Rig) -> dict[str, int | None]:

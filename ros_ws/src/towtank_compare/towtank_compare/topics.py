@@ -7,6 +7,7 @@ CARRIAGE_JOINT = "carriage"
 
 MEASURED_FISH = "/measured/fish/depth"
 MEASURED_DEPRESSOR = "/measured/depressor/depth"
+INCLINATION = "/measured/fish/inclination"
 
 
 def fish_odometry(source: str) -> str:

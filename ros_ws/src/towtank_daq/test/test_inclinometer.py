@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import pytest
+from towtank_daq.encoder import Drive
 from towtank_daq.inclinometer import Inclinometer
 from towtank_rig import load_rig
 
@@ -86,12 +87,38 @@ def test_uncertainty_is_that_of_the_calibration(inclinometer, rig):
     """Six positions on a plate: alignment 0.010 rad and zero 3 mV (0.0045 rad) at 95 %, which
     is 0.0056 rad standard; drift and noise add a little."""
     reading = inclinometer.process(attitude(0.0, 0.0, rig.water.gravity.value), ALL_VALID)
-    assert 0.0055 < reading.pitch_uncertainty < 0.0062
-    assert 0.0055 < reading.roll_uncertainty < 0.0062
+    assert 0.0055 < reading.pitch_uncertainty.combined < 0.0062
+    assert 0.0055 < reading.roll_uncertainty.combined < 0.0062
 
 
 def test_roll_is_less_certain_when_pitched_up(inclinometer, rig):
     g = rig.water.gravity.value
     level = inclinometer.process(attitude(0.0, 0.0, g), ALL_VALID)
     steep = inclinometer.process(attitude(-1.2, 0.0, g), ALL_VALID)
-    assert steep.roll_uncertainty > 1.5 * level.roll_uncertainty
+    assert steep.roll_uncertainty.type_b > 1.5 * level.roll_uncertainty.type_b
+
+
+def test_parts_of_the_uncertainty(inclinometer, rig):
+    """Noise of 160 and 20 µV over 0.0673 V/(m/s²) is 2.396 mm/s², 0.245 mrad."""
+    level = inclinometer.process(attitude(0.0, 0.0, rig.water.gravity.value), ALL_VALID)
+    pitch = level.pitch_uncertainty
+    assert pitch.type_a == pytest.approx(0.245e-3, rel=0.005)
+    assert pitch.combined == pytest.approx(math.hypot(pitch.type_a, pitch.type_b), rel=1e-12)
+    assert pitch.u95 == pytest.approx(1.96 * pitch.combined, rel=0.02)  # normal parts dominate
+    covariance = level.force_covariance
+    # 3 mV of 95 % on each axis, a sensitivity of 0.5 % on the one that feels g, drift beside
+    assert math.sqrt(covariance[0]) == pytest.approx(0.055, abs=0.003)
+    assert math.sqrt(covariance[8]) > math.sqrt(covariance[0])
+    assert covariance[1] == covariance[3]
+
+
+def test_pitch_is_less_certain_under_way(inclinometer, rig):
+    scan = attitude(0.0, 0.0, rig.water.gravity.value)
+    still = inclinometer.process(scan, ALL_VALID)
+    crank = inclinometer.process(scan, ALL_VALID, Drive(math.pi, 1.0, 0.0))
+    ramp = inclinometer.process(scan, ALL_VALID, Drive(0.0, 0.5, 0.25))
+    assert still.pitch_uncertainty.u95 < crank.pitch_uncertainty.u95 < ramp.pitch_uncertainty.u95
+    # 0.25 m/s² within ±, over √3 and g
+    added = ramp.pitch_uncertainty.type_b**2 - still.pitch_uncertainty.type_b**2
+    assert math.sqrt(added) == pytest.approx(0.25 / math.sqrt(3) / 9.782, rel=1e-3)
+    assert crank.roll_uncertainty == still.roll_uncertainty

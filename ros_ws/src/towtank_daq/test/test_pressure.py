@@ -6,6 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
+from towtank_daq.encoder import Drive
 from towtank_daq.pressure import PressureSensor, ZeroingError
 from towtank_rig import load_rig
 
@@ -99,7 +100,7 @@ def test_gain_errors_act_on_the_way_from_the_place_of_zeroing(sensor, rig):
     8.9 mm; less than a millimetre of all else. On the whole 1.7 m the span made 4.3 mm."""
     at_rest(sensor, rig, 1.2)
     sensor.zero()
-    reading = sensor.process(codes(1.7, rig), ALL_VALID)
+    reading = sensor.process(codes(1.7, rig), ALL_VALID, Drive(0.0, 1.0, 0.0))
     known = math.hypot(0.005 * 0.5 / 1.96, 0.3 * 0.5 / 9.782 / math.sqrt(3))
     assert known < reading.depth_uncertainty < math.hypot(known, 0.001)
 
@@ -138,4 +139,49 @@ def test_uncertainty_before_zeroing_covers_the_offset(sensor, rig):
     reading = sensor.process(codes(1.0, rig), ALL_VALID)
     assert 0.074 < reading.depth_uncertainty < 0.080
     weight = rig.water.density.value * rig.water.gravity.value
-    assert reading.pressure_uncertainty == pytest.approx(weight * reading.depth_uncertainty)
+    # The pressure itself does not feel what the water weighs: 0.5 mm of 76
+    as_pressure = weight * reading.depth_uncertainty
+    assert as_pressure > reading.pressure_uncertainty == pytest.approx(as_pressure, rel=1e-3)
+    # One limit dominates: 0.95 of it
+    assert reading.depth_u95 == pytest.approx(0.95 * 0.127, rel=0.05)
+
+
+def test_type_a_is_the_scatter_at_rest(sensor, rig):
+    """The rig's noise until then: sensor and board 0.5 µV each, 0.09 mm."""
+    before = sensor.process(codes(1.0, rig), ALL_VALID)
+    assert before.depth_type_a == pytest.approx(0.09e-3, rel=0.05)
+    at_rest(sensor, rig, 1.2, scatter_m=0.0002)
+    sensor.zero()
+    after = sensor.process(codes(1.25, rig), ALL_VALID)
+    # 200 samples tell a scatter to 5 %; three of that
+    assert after.depth_type_a == pytest.approx(0.2e-3, rel=0.15)
+    assert after.depth_uncertainty == pytest.approx(
+        math.hypot(after.depth_type_a, after.depth_type_b), rel=1e-12
+    )
+
+
+def test_uncertainty_grows_with_the_way_from_the_place_of_zeroing(sensor, rig):
+    """0.5 % of 95 % of the span: 0.26 % of the way."""
+    at_rest(sensor, rig, 1.2)
+    sensor.zero()
+    assert sensor.zero_depth == pytest.approx(1.2, abs=1e-5)
+    here, below = (sensor.process(codes(depth, rig), ALL_VALID) for depth in (1.2, 1.8))
+    assert here.depth_type_b < 0.5e-3
+    assert below.depth_type_b == pytest.approx(0.0026 * 0.6, rel=0.2)
+
+
+def test_flow_past_the_port_is_taken_out_and_makes_depth_uncertain(rig, description):
+    changed = rig.replace({"sensors.depressor_pressure.flow_coefficient": {"value": 0.2}})
+    sensor = PressureSensor(changed, description, "depressor_pressure", zero_scans=10)
+    dynamic = 0.5 * changed.water.density.value  # Pa at 1 m/s
+    scan = codes(1.2, changed, noise=0.2 * dynamic)
+    at_rest(sensor, changed, 1.2, scans=10)
+    sensor.zero()
+    towed = sensor.process(scan, ALL_VALID, Drive(0.0, 1.0, 0.0))
+    still = sensor.process(scan, ALL_VALID)
+    assert towed.depth == pytest.approx(0.0, abs=3e-6)
+    assert still.depth == pytest.approx(0.2 * 0.5 / 9.782, abs=3e-6)
+    assert towed.pressure == still.pressure
+    # Cp is known to 0.3 / √3
+    added = towed.depth_type_b**2 - still.depth_type_b**2
+    assert math.sqrt(added) == pytest.approx(0.3 / math.sqrt(3) * 0.5 / 9.782, rel=1e-3)

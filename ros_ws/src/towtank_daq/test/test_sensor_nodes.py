@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import FluidPressure, Imu, JointState
 from std_srvs.srv import Trigger
 from towtank_daq.encoder_node import EncoderNode
 from towtank_daq.inclinometer_node import InclinometerNode
 from towtank_daq.pressure_node import PressureNode
-from towtank_interfaces.msg import AdcScan, Depth, Inclination
+from towtank_interfaces.msg import AdcScan, Depth, Inclination, SensorHealth
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 
 RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
@@ -133,8 +133,13 @@ def test_pressure_node(bench):
     assert pressure.fluid_pressure == pytest.approx(20_000, abs=0.01)
     weight = made.node.rig.water.density.value * made.node.rig.water.gravity.value
     assert depth.depth == pytest.approx(20_000 / weight, abs=1e-6)
-    assert pressure.variance == pytest.approx((weight * depth.standard_uncertainty) ** 2)
+    assert pressure.variance == pytest.approx((weight * depth.standard_uncertainty) ** 2, rel=1e-3)
     assert (depth.valid, depth.zeroed) == (True, False)
+    parts = (depth.type_a_uncertainty, depth.type_b_uncertainty)
+    assert depth.standard_uncertainty == pytest.approx(math.hypot(*parts))
+    assert depth.standard_uncertainty < depth.u95 < 2 * depth.standard_uncertainty
+    assert math.isnan(depth.zero_depth)
+    assert depth.health.flags == SensorHealth.EXCITATION  # its code is zero here
     for message in (pressure, depth):
         assert message.header.frame_id == "depressor_pressure"
         assert time_ns(message.header.stamp) == time_ns(scan.header.stamp) - 2_272_257
@@ -166,6 +171,8 @@ def test_zeroing_by_service(bench):
     assert depths[0].zeroed
     assert depths[0].zero_depth == pytest.approx(before.depth, abs=1e-9)
     assert depths[0].depth == pytest.approx(0.0, abs=1e-9)
+    weight = made.node.rig.water.density.value * made.node.rig.water.gravity.value
+    assert depths[0].zero_depth == pytest.approx(15_000 / weight, abs=1e-6)
 
 
 @pytest.mark.timeout(60)
@@ -193,7 +200,17 @@ def test_inclinometer_node(bench):
     assert inclination.pitch == pytest.approx(-math.pi / 6, abs=1e-5)
     assert inclination.roll == pytest.approx(0.0, abs=1e-5)
     assert inclination.valid
-    assert inclination.pitch_standard_uncertainty > 0
+    for angle in ("pitch", "roll"):
+        combined, a, b, u95 = (
+            getattr(inclination, f"{angle}_{kind}")
+            for kind in ("standard_uncertainty", "type_a_uncertainty", "type_b_uncertainty", "u95")
+        )
+        assert combined == pytest.approx(math.hypot(a, b))
+        assert combined < u95 < 2.1 * combined
+    assert inclination.health.flags == 0
+    covariance = imu.linear_acceleration_covariance.reshape(3, 3)
+    assert (covariance == covariance.T).all()
+    assert 0.03 < math.sqrt(covariance[0, 0]) < 0.08
     assert imu.linear_acceleration.x == pytest.approx(9.80665 / 2, abs=1e-3)
     assert imu.linear_acceleration.y == pytest.approx(0.0, abs=1e-3)
     assert imu.orientation_covariance[0] == -1
@@ -216,17 +233,22 @@ def test_encoder_node(bench):
         scan = made.send([0] * 6, crank=2**40 + 100 * k, carriage=-7 + 200 * k)
     made.spin_until(lambda: len(joints) == 5)
     last = joints[-1]
-    assert list(last.name) == ["crank", "carriage"]
+    assert list(last.name) == ["crank", "carriage", "tow_point"]
     assert last.position[0] == pytest.approx(400 * 2 * math.pi / 4096)
     assert last.position[1] == pytest.approx(800 * 0.5 / 4096)
     assert last.velocity[0] == pytest.approx(10_000 * 2 * math.pi / 4096)
     assert last.velocity[1] == pytest.approx(20_000 * 0.5 / 4096)
+    # The rig's crank moves the tow point by 60 mm times the sine of its angle
+    angle = 400 * 2 * math.pi / 4096
+    assert last.position[2] == pytest.approx(0.06 * math.sin(angle))
+    rate = 10_000 * 2 * math.pi / 4096
+    assert last.velocity[2] == pytest.approx(0.06 * math.cos(angle) * rate)
     assert last.header.stamp == scan.header.stamp
-    assert list(joints[0].position) == [0.0, 0.0]
+    assert list(joints[0].position) == [0.0, 0.0, 0.0]
     assert made.call_zero().success
     made.send([0] * 6, crank=5, carriage=5)
     made.spin_until(lambda: len(joints) == 6)
-    assert list(joints[-1].position) == [0.0, 0.0]
+    assert list(joints[-1].position) == [0.0, 0.0, 0.0]
 
 
 @pytest.mark.timeout(60)
@@ -240,3 +262,31 @@ def test_missed_scans_are_reported(bench):
     made.spin_until(lambda: len(joints) == 2)
     made.spin_until(lambda: made.values()["scans_missed"] == "3")
     assert made.values()["overruns"] == "0"
+
+
+@pytest.mark.timeout(60)
+def test_diagnostics_tell_what_looks_wrong_and_that_it_is_over(bench):
+    """A bridge at the end of its amplifier's range, then sound again."""
+    made = bench(PressureNode, sensor="fish_pressure", zero_scans=ZERO_SCANS)
+    depths = made.hear(Depth, "/depth")
+    made.connected()
+
+    def send(volts, count):
+        for _ in range(count):
+            made.send([bridge(volts) + made.sequence % 2, 0, 0, 0, 0, single_ended(2.0)])
+
+    def level():
+        return made.heard["/diagnostics"][-1].status[0].level
+
+    send(0.012, ZERO_SCANS + 1)
+    made.spin_until(lambda: made.values()["state"] == "ready")
+    assert level() == DiagnosticStatus.OK
+    send(0.055, 3)
+    made.spin_until(lambda: level() == DiagnosticStatus.WARN)
+    assert "open: the sensor reads what an intact sensor cannot give" in (
+        made.heard["/diagnostics"][-1].status[0].message
+    )
+    assert [depth.health.flags for depth in depths[-3:]] == [SensorHealth.OPEN] * 3
+    made.spin_until(lambda: level() == DiagnosticStatus.OK)
+    assert made.values()["health_open"] == "3"
+    assert made.values()["state"] == "ready"

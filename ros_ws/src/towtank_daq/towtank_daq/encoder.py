@@ -14,8 +14,15 @@ deviation (q / sqrt(12)) sqrt(192 / n) / T, with n positions in the window: 4.4 
 from __future__ import annotations
 
 from collections import deque
+from typing import NamedTuple
+
+from towtank_rig import Rig
+from towtank_rig.conversion import carriage_encoder, crank_encoder
 
 WINDOW_S = 0.2
+
+_ACCELERATION_WINDOW_S = 0.5
+"""Two speeds this far apart make an acceleration; noise of 0.5 mm/s in each makes 1.5 mm/s^2."""
 
 
 class VelocityFilter:
@@ -95,3 +102,39 @@ class Encoder:
             self._origin = count
         position = self._start + self._step * (count - self._origin)
         return position, self._velocity.update(stamp_ns, position)
+
+
+class Drive(NamedTuple):
+    """How the drive moves the tow: rad/s, m/s, m/s^2."""
+
+    crank_rate: float
+    carriage_speed: float
+    carriage_acceleration: float
+
+
+AT_REST = Drive(0.0, 0.0, 0.0)
+
+
+class DriveWatch:
+    """How crank and carriage move, from the counts that come with every scan.
+
+    For what acts on the other sensors while the tow is under way.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._crank = Encoder(crank_encoder(rig).per_count)
+        self._carriage = Encoder(carriage_encoder(rig).per_count)
+        self._speeds: deque[tuple[int, float]] = deque()
+
+    def update(self, stamp_ns: int, crank_count: int, carriage_count: int) -> Drive:
+        """The drive after one more scan; stamps must increase."""
+        _, crank_rate = self._crank.update(stamp_ns, crank_count)
+        _, speed = self._carriage.update(stamp_ns, carriage_count)
+        speeds = self._speeds
+        speeds.append((stamp_ns, speed))
+        while len(speeds) > 2 and stamp_ns - speeds[1][0] >= 1e9 * _ACCELERATION_WINDOW_S:
+            speeds.popleft()
+        first_ns, first = speeds[0]
+        elapsed_s = (stamp_ns - first_ns) * 1e-9
+        acceleration = (speed - first) / elapsed_s if elapsed_s > _ACCELERATION_WINDOW_S / 2 else 0
+        return Drive(crank_rate, speed, acceleration)

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Node of the two encoders: scans in, position and velocity of crank and carriage out."""
+"""Node of the two encoders: scans in, position and velocity of crank, carriage and tow point out.
+
+The tow point's heave (m, upwards, as a joint that slides) follows from the crank's angle by the
+mechanism's kinematics.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig import RigError
 from towtank_rig.conversion import carriage_encoder, crank_encoder, crank_zero
+from towtank_rig.motion import tow_point_motion
 
 from towtank_daq.description import DescriptionError
 from towtank_daq.encoder import WINDOW_S, Encoder
@@ -40,11 +45,11 @@ class EncoderNode(ScanNode):
         window_s = self.parameters.velocity_window_s
         self._crank = Encoder(crank_encoder(self.rig).per_count, window_s, crank_zero(self.rig))
         self._carriage = Encoder(carriage_encoder(self.rig).per_count, window_s)
-        self._ready = False
+        self._motion = tow_point_motion(self.rig.tow_point)
         self._joints = JointState()
-        self._joints.name = ["crank", "carriage"]
+        self._joints.name = ["crank", "carriage", "tow_point"]
         # Nobody measures efforts, but not all readers of bags take an empty sequence at the end.
-        self._joints.effort = [math.nan, math.nan]
+        self._joints.effort = [math.nan] * 3
         self._publisher = self.create_publisher(JointState, "joint_states", SENSOR_QOS)
         self.create_service(Trigger, "~/zero", self._on_zero)
         self.listen()
@@ -55,12 +60,11 @@ class EncoderNode(ScanNode):
         crank, crank_rate = self._crank.update(sampled_ns, scan.crank_count)
         carriage, carriage_speed = self._carriage.update(sampled_ns, scan.carriage_count)
         set_stamp(self._joints.header.stamp, sampled_ns)
-        self._joints.position = [crank, carriage]
-        self._joints.velocity = [crank_rate, carriage_speed]
+        heave, heave_rate = self._motion.heave_of(crank, crank_rate)
+        self._joints.position = [crank, carriage, heave]
+        self._joints.velocity = [crank_rate, carriage_speed, heave_rate]
         self._publisher.publish(self._joints)
-        if not self._ready:
-            self._ready = True
-            self.diagnostics.ready()
+        self.ready()
 
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._crank.zero()

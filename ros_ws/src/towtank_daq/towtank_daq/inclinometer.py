@@ -8,14 +8,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import accelerometer_conversion, pitch, roll
 from towtank_rig.uncertainty import inclination_budget
 
 from towtank_daq.description import BoardDescription
+from towtank_daq.encoder import AT_REST, Drive
+from towtank_daq.sensor_health import FORCE_TOLERANCE
 
-_FORCE_TOLERANCE = 0.25  # of g; beyond, too much of the force is not gravity
-_BUDGET_STEP = 0.1  # rad; a budget takes long and changes slowly with attitude
+# Budgets take some milliseconds and change slowly: they are worked out in steps of these.
+_ANGLE_STEP = 0.1  # rad
+_CRANK_STEP = 0.2  # rad/s
+_ACCELERATION_STEP = 0.05  # m/s^2, 0.3 deg
+
+
+@dataclass(frozen=True, slots=True)
+class AngleUncertainty:
+    """Of one angle, rad: standard uncertainties (k = 1) by scatter (A) and by the rig's budget (B),
+    and the half-width of the 95 % interval."""
+
+    type_a: float
+    type_b: float
+    u95: float
+
+    @property
+    def combined(self) -> float:
+        """Standard uncertainty, type A and B."""
+        return math.hypot(self.type_a, self.type_b)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +47,20 @@ class InclinometerReading:
     pitch: float
     roll: float
     """rad by REP-103: positive pitch is bow down."""
-    pitch_uncertainty: float
-    roll_uncertainty: float
-    """Standard uncertainties (k = 1), rad."""
+    pitch_uncertainty: AngleUncertainty
+    roll_uncertainty: AngleUncertainty
+    force_covariance: tuple[float, ...]
+    """Of the specific force, type A and B, (m/s^2)^2, row by row."""
     valid: bool
     """False without all three conversions or too far from 1 g to mean attitude."""
 
 
-_MISSING = InclinometerReading((math.nan,) * 3, math.nan, math.nan, math.nan, math.nan, False)
+_UNKNOWN = AngleUncertainty(math.nan, math.nan, math.nan)
+_MISSING = InclinometerReading(
+    (math.nan,) * 3, math.nan, math.nan, _UNKNOWN, _UNKNOWN, (math.nan,) * 9, False
+)
+
+_Stated = tuple[AngleUncertainty, AngleUncertainty, tuple[float, ...]]
 
 
 class Inclinometer:
@@ -51,16 +77,16 @@ class Inclinometer:
         self._gravity = rig.water.gravity.value
         self._rig = rig
         sensor_noise = rig.sensors.accelerometer.errors.noise.value
-        board_noise = max(
-            board.channels[c].noise_volts / board.channels[c].gain for c in self.channels
-        )
-        self.force_noise = (
+        board_noise = max(board.terminal_noise(name, excitation) for name in axes)
+        self._force_noise = (
             math.hypot(sensor_noise, board_noise) / rig.sensors.accelerometer.sensitivity.value
         )
         """Standard deviation of one sample of one axis by noise, m/s^2."""
-        self._uncertainty = lru_cache(maxsize=1000)(self._uncertainty_at)
+        self._stated = lru_cache(maxsize=1000)(self._stated_at)
 
-    def process(self, codes: Sequence[int], valid_mask: int) -> InclinometerReading:
+    def process(
+        self, codes: Sequence[int], valid_mask: int, drive: Drive = AT_REST
+    ) -> InclinometerReading:
         """Convert the accelerometer's codes out of one scan."""
         if valid_mask & self._mask != self._mask:
             return _MISSING
@@ -69,20 +95,34 @@ class Inclinometer:
         force = self._conversion.specific_force(volts)
         x, y, z = (float(component) for component in force)
         pitch_rad, roll_rad = float(pitch(force)), float(roll(force))
-        pitch_u, roll_u = self._uncertainty(
-            round(pitch_rad / _BUDGET_STEP), round(roll_rad / _BUDGET_STEP)
+        stated = self._stated(
+            round(pitch_rad / _ANGLE_STEP),
+            round(roll_rad / _ANGLE_STEP),
+            round(abs(drive.crank_rate) / _CRANK_STEP),
+            round(abs(drive.carriage_acceleration) / _ACCELERATION_STEP),
         )
         magnitude = math.sqrt(x * x + y * y + z * z)
-        valid = abs(magnitude - self._gravity) <= _FORCE_TOLERANCE * self._gravity and not any(
+        valid = abs(magnitude - self._gravity) <= FORCE_TOLERANCE * self._gravity and not any(
             adc.saturated(code) for adc, code in zip(self._adc, raw, strict=True)
         )
-        return InclinometerReading((x, y, z), pitch_rad, roll_rad, pitch_u, roll_u, valid)
+        return InclinometerReading((x, y, z), pitch_rad, roll_rad, *stated, valid)
 
-    def _uncertainty_at(self, pitch_steps: int, roll_steps: int) -> tuple[float, float]:
-        pitch_rad = _BUDGET_STEP * pitch_steps
-        budget = inclination_budget(self._rig, pitch_rad, _BUDGET_STEP * roll_steps)
-        noise = self.force_noise / self._gravity  # turns the vector; roll about a shortened arm
+    def _stated_at(
+        self, pitch_steps: int, roll_steps: int, crank_steps: int, acceleration_steps: int
+    ) -> _Stated:
+        pitch_rad = _ANGLE_STEP * pitch_steps
+        budget = inclination_budget(
+            self._rig,
+            pitch_rad,
+            _ANGLE_STEP * roll_steps,
+            _CRANK_STEP * crank_steps,
+            _ACCELERATION_STEP * acceleration_steps,
+        )
+        noise = self._force_noise / self._gravity  # turns the vector; roll about a shortened arm
+        roll_noise = noise / max(math.cos(pitch_rad), _ANGLE_STEP)
+        covariance = budget.force_covariance + self._force_noise**2 * np.eye(3)
         return (
-            math.hypot(budget.pitch, noise),
-            math.hypot(budget.roll, noise / max(math.cos(pitch_rad), _BUDGET_STEP)),
+            AngleUncertainty(noise, budget.pitch, budget.pitch_u95(noise)),
+            AngleUncertainty(roll_noise, budget.roll, budget.roll_u95(roll_noise)),
+            tuple(covariance.ravel().tolist()),
         )

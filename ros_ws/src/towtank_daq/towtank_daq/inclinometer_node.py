@@ -15,6 +15,7 @@ from towtank_rig import RigError
 from towtank_daq.description import DescriptionError
 from towtank_daq.inclinometer import Inclinometer
 from towtank_daq.scan_node import ScanNode
+from towtank_daq.sensor_health import AccelerometerHealth
 
 
 class InclinometerNode(ScanNode):
@@ -23,20 +24,20 @@ class InclinometerNode(ScanNode):
     def __init__(self) -> None:
         super().__init__("inclinometer")
         self._sensor = Inclinometer(self.rig, self.board)
-        self._ready = False
+        self._health = AccelerometerHealth(self.rig, self.board)
         self._imu, self._inclination = Imu(), Inclination()
         self._imu.header.frame_id = "fish"
         self._inclination.header.frame_id = "accelerometer"
         self._imu.orientation_covariance[0] = -1.0  # REP-145: not measured
         self._imu.angular_velocity_covariance[0] = -1.0
-        for axis in range(3):
-            self._imu.linear_acceleration_covariance[4 * axis] = self._sensor.force_noise**2
         self._imus = self.create_publisher(Imu, "imu", SENSOR_QOS)
         self._inclinations = self.create_publisher(Inclination, "inclination", SENSOR_QOS)
         self.listen()
 
     def take(self, scan: AdcScan) -> None:
-        reading = self._sensor.process(scan.codes, scan.valid_mask)
+        reading = self._sensor.process(scan.codes, scan.valid_mask, self.drive_of(scan))
+        health = self._health.update(scan.codes, scan.valid_mask)
+        self.note_health(health)
         delays_ns = [int(scan.channel_delay_ns[channel]) for channel in self._sensor.channels]
         sampled_ns = stamp_ns(scan.header.stamp) + sum(delays_ns) // len(delays_ns)
         imu, inclination = self._imu, self._inclination
@@ -44,16 +45,22 @@ class InclinometerNode(ScanNode):
         set_stamp(inclination.header.stamp, sampled_ns)
         force = imu.linear_acceleration
         force.x, force.y, force.z = reading.specific_force
+        imu.linear_acceleration_covariance = reading.force_covariance
         inclination.pitch = reading.pitch
         inclination.roll = reading.roll
-        inclination.pitch_standard_uncertainty = reading.pitch_uncertainty
-        inclination.roll_standard_uncertainty = reading.roll_uncertainty
+        for name, uncertainty in (
+            ("pitch", reading.pitch_uncertainty),
+            ("roll", reading.roll_uncertainty),
+        ):
+            setattr(inclination, f"{name}_standard_uncertainty", uncertainty.combined)
+            setattr(inclination, f"{name}_type_a_uncertainty", uncertainty.type_a)
+            setattr(inclination, f"{name}_type_b_uncertainty", uncertainty.type_b)
+            setattr(inclination, f"{name}_u95", uncertainty.u95)
         inclination.valid = reading.valid
+        inclination.health.flags = int(health)
         self._imus.publish(imu)
         self._inclinations.publish(inclination)
-        if not self._ready:
-            self._ready = True
-            self.diagnostics.ready()
+        self.ready()
 
 
 def main() -> None:

@@ -11,19 +11,20 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from towtank_rig import Rig
-from towtank_rig.conversion import (
-    calibrated_channel,
-    depth_from_pressure,
-    pressure_conversion,
-)
+from towtank_rig.conversion import depth_conversion
 from towtank_rig.instruments import PressureSensorName
-from towtank_rig.uncertainty import OperatingPoint, SensorBudget, depth_budget
+from towtank_rig.uncertainty import OperatingPoint, depth_budget
 
 from towtank_daq.description import BoardDescription
+from towtank_daq.encoder import AT_REST, Drive
 
 _NOISE_LIMIT = 4.0  # times the expected noise: 200 samples scatter by 5 % about it
 _RANGE_BELOW = 0.05  # of full scale: offsets read a little below zero at the surface
 _ANY_AMPLITUDE = 1.0  # the depth's part of the budget does not depend on it
+
+# Budgets take some milliseconds and change slowly: they are worked out in steps of these.
+_DEPTH_STEP = 0.02  # m
+_SPEED_STEP = 0.1  # m/s
 
 
 class ZeroingError(Exception):
@@ -32,18 +33,41 @@ class ZeroingError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class PressureReading:
-    """One sample. NaN where the board has no conversion."""
+    """One sample. NaN where the board has no conversion. Uncertainties are standard (k = 1)."""
 
     pressure: float
-    """Gauge pressure, Pa, not zeroed."""
+    """Gauge pressure at the port, Pa, that of the flow included, not zeroed."""
     pressure_uncertainty: float
-    """Standard uncertainty (k = 1), Pa."""
+    """Type A and B, Pa."""
     depth: float
     """m below still water or, once zeroed, below the place of zeroing."""
-    depth_uncertainty: float
-    """Standard uncertainty (k = 1), m."""
+    depth_type_a: float
+    """From the scatter of samples, m."""
+    depth_type_b: float
+    """From the rig's budget, m."""
+    depth_u95: float
+    """Half-width of the 95 % interval, m."""
     valid: bool
     """False without a conversion, at an end of the ADC's scale or beyond the sensor's range."""
+
+    @property
+    def depth_uncertainty(self) -> float:
+        """Type A and B combined, m."""
+        return math.hypot(self.depth_type_a, self.depth_type_b)
+
+
+_MISSING = PressureReading(*(6 * (math.nan,)), False)
+
+
+@dataclass(frozen=True, slots=True)
+class _Stated:
+    """What the budget says at one operating point: m, the pressure as m of water."""
+
+    head: float
+    absolute: float
+    absolute_u95: float
+    zeroed: float
+    zeroed_u95: float
 
 
 class PressureSensor:
@@ -54,18 +78,19 @@ class PressureSensor:
     ) -> None:
         given = getattr(rig.sensors, sensor)
         self.channel = board.channel_names.index(given.channel)
-        nominal = board.adc_channel(given.channel, rig.board.excitation.value)
+        excitation = rig.board.excitation.value
+        nominal = board.adc_channel(given.channel, excitation)
         self._rig, self._sensor = rig, sensor
-        self._water = rig.water
-        self._channel = calibrated_channel(rig, sensor, nominal)
-        self._conversion = pressure_conversion(rig, sensor)
+        self._conversion = depth_conversion(rig, sensor, nominal)
         self._full_scale = given.full_scale.value
         self._weight = rig.water.density.value * rig.water.gravity.value  # Pa/m
-        self._board_noise = board.terminal_noise(given.channel, rig.board.excitation.value)
-        # Tables by the centimetre: a budget takes long and changes slowly with depth
-        self._budget = lru_cache(maxsize=1000)(self._budget_at)
+        board_noise = board.terminal_noise(given.channel, excitation)
+        at_surface = OperatingPoint(0.0, _ANY_AMPLITUDE, 0.0)
+        self._expected_noise = depth_budget(rig, sensor, at_surface, board_noise).noise
         self._recent: deque[float] = deque(maxlen=zero_scans)
         self._rest_depth: float | None = None
+        self._type_a = self._expected_noise
+        self._stated = lru_cache(maxsize=1000)(self._stated_at)
 
     @property
     def zeroed(self) -> bool:
@@ -81,25 +106,31 @@ class PressureSensor:
         """Whether as many good scans have come as zeroing averages."""
         return len(self._recent) == self._recent.maxlen
 
-    def process(self, codes: Sequence[int], valid_mask: int) -> PressureReading:
+    def process(
+        self, codes: Sequence[int], valid_mask: int, drive: Drive = AT_REST
+    ) -> PressureReading:
         """Convert this sensor's code out of one scan."""
         if not valid_mask >> self.channel & 1:
-            return PressureReading(math.nan, math.nan, math.nan, math.nan, False)
+            return _MISSING
         code = codes[self.channel]
-        pressure = float(self._conversion.pressure(self._channel.volts(code)))
-        depth = float(depth_from_pressure(pressure, self._water))
-        valid = not self._channel.saturated(code) and (
+        pressure = float(self._conversion.pressure(code))
+        speed = abs(drive.carriage_speed)
+        depth = float(self._conversion.depth(pressure, speed))
+        valid = not self._conversion.channel.saturated(code) and (
             -_RANGE_BELOW * self._full_scale <= pressure <= self._full_scale
         )
         if valid:
             self._recent.append(depth)
-        budget = self._budget(round(100.0 * depth))
-        before_zeroing = math.hypot(budget.depth_before_zeroing, budget.noise)
-        uncertainty = before_zeroing
-        if self._rest_depth is not None:
+        stated = self._stated(round(depth / _DEPTH_STEP), round(speed / _SPEED_STEP))
+        pressure_uncertainty = self._weight * math.hypot(stated.head, self._type_a)
+        if self._rest_depth is None:
+            type_b, u95 = stated.absolute, stated.absolute_u95
+        else:
             depth -= self._rest_depth
-            uncertainty = math.hypot(budget.depth, budget.noise)
-        return PressureReading(pressure, self._weight * before_zeroing, depth, uncertainty, valid)
+            type_b, u95 = stated.zeroed, stated.zeroed_u95
+        return PressureReading(
+            pressure, pressure_uncertainty, depth, self._type_a, type_b, u95, valid
+        )
 
     def zero(self) -> str:
         """Make the mean of the last scans the origin of depth; says in words what was done.
@@ -113,8 +144,8 @@ class PressureSensor:
                 f"only {len(self._recent)} of {wanted} good scans have come: wait and zero again"
             )
         mean = statistics.fmean(self._recent)
-        scatter = statistics.pstdev(self._recent, mean)
-        expected = self._budget(round(100.0 * mean)).noise
+        scatter = statistics.stdev(self._recent, mean)
+        expected = self._expected_noise
         if scatter > _NOISE_LIMIT * expected:
             raise ZeroingError(
                 f"depth scatters by {1e3 * scatter:.2f} mm over the last {wanted} scans, expected "
@@ -122,15 +153,22 @@ class PressureSensor:
                 "zero again"
             )
         self._rest_depth = mean
-        self._budget.cache_clear()
+        self._type_a = scatter * math.sqrt(1.0 + 1.0 / len(self._recent))  # a sample's, the mean's
+        self._stated.cache_clear()
         return f"zero at {mean:.4f} m, mean of {wanted} scans, scatter {1e3 * scatter:.2f} mm"
 
-    def _budget_at(self, centimetres: int) -> SensorBudget:
-        # The speed past the port is not known here: the run's is the most there will be
+    def _stated_at(self, depth_steps: int, speed_steps: int) -> _Stated:
         at = OperatingPoint(
-            0.01 * centimetres,
+            _DEPTH_STEP * depth_steps,
             _ANY_AMPLITUDE,
-            self._rig.run.carriage_speed.value,
+            _SPEED_STEP * speed_steps,
             self._rest_depth or 0.0,
         )
-        return depth_budget(self._rig, self._sensor, at, self._board_noise)
+        budget = depth_budget(self._rig, self._sensor, at)
+        return _Stated(
+            budget.head_before_zeroing,
+            budget.depth_before_zeroing,
+            budget.depth_before_zeroing_u95(self._type_a),
+            budget.depth,
+            budget.depth_u95(self._type_a),
+        )

@@ -17,6 +17,7 @@ from towtank_rig import RigError
 from towtank_daq.description import DescriptionError
 from towtank_daq.pressure import PressureSensor, ZeroingError
 from towtank_daq.scan_node import ScanNode
+from towtank_daq.sensor_health import PressureHealth
 
 _PARAMETERS = (
     Parameter(
@@ -36,7 +37,7 @@ class PressureNode(ScanNode):
         super().__init__("pressure_sensor", _PARAMETERS)
         sensor = self.parameters.sensor
         self._sensor = PressureSensor(self.rig, self.board, sensor, self.parameters.zero_scans)
-        self._ready = False
+        self._health = PressureHealth(self.rig, self.board, sensor)
         self._pressure, self._depth = FluidPressure(), Depth()
         self._pressure.header.frame_id = self._depth.header.frame_id = sensor
         self._pressures = self.create_publisher(FluidPressure, "pressure", SENSOR_QOS)
@@ -45,7 +46,9 @@ class PressureNode(ScanNode):
         self.listen()
 
     def take(self, scan: AdcScan) -> None:
-        reading = self._sensor.process(scan.codes, scan.valid_mask)
+        reading = self._sensor.process(scan.codes, scan.valid_mask, self.drive_of(scan))
+        health = self._health.update(scan.codes, scan.valid_mask, scan.crank_count)
+        self.note_health(health)
         sampled_ns = stamp_ns(scan.header.stamp) + int(scan.channel_delay_ns[self._sensor.channel])
         pressure, depth = self._pressure, self._depth
         set_stamp(pressure.header.stamp, sampled_ns)
@@ -54,14 +57,17 @@ class PressureNode(ScanNode):
         pressure.variance = reading.pressure_uncertainty**2
         depth.depth = reading.depth
         depth.standard_uncertainty = reading.depth_uncertainty
+        depth.type_a_uncertainty = reading.depth_type_a
+        depth.type_b_uncertainty = reading.depth_type_b
+        depth.u95 = reading.depth_u95
         depth.valid = reading.valid
         depth.zeroed = self._sensor.zeroed
         depth.zero_depth = self._sensor.zero_depth
+        depth.health.flags = int(health)
         self._pressures.publish(pressure)
         self._depths.publish(depth)
-        if not self._ready and self._sensor.can_be_zeroed:
-            self._ready = True
-            self.diagnostics.ready()
+        if self._sensor.can_be_zeroed:
+            self.ready()
 
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:

@@ -11,9 +11,14 @@ from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.stamps import stamp_ns
 from towtank_rig import load_rig
 
 from towtank_daq.description import installed_description, load_description
+from towtank_daq.encoder import Drive, DriveWatch
+from towtank_daq.sensor_health import ADVICE, Health
+
+_HEALTH_PERIOD_S = 1.0
 
 
 class ScanNode(Node, ABC):
@@ -31,8 +36,32 @@ class ScanNode(Node, ABC):
         self.board = load_description(installed_description())
         self._last_sequence: int | None = None
         self._missed = 0
+        self._ready = False
+        self._seen, self._told = Health(0), Health(0)
+        self._flagged = dict.fromkeys(Health, 0)
+        self._drive = DriveWatch(self.rig)
         self.diagnostics = NodeDiagnostics(
-            self, 1.0 / self.rig.board.sample_rate.value, lambda: {"scans_missed": self._missed}
+            self, 1.0 / self.rig.board.sample_rate.value, self._details
+        )
+        self.create_timer(_HEALTH_PERIOD_S, self._tell_health)
+
+    def ready(self) -> None:
+        """The node does its work; said once."""
+        if not self._ready:
+            self._ready = True
+            self.diagnostics.ready()
+
+    def note_health(self, flags: Health) -> None:
+        """Count what a scan says of the sensor's health; diagnostics tell it, once a second."""
+        if flags:
+            self._seen |= flags
+            for flag in flags:
+                self._flagged[flag] += 1
+
+    def drive_of(self, scan: AdcScan) -> Drive:
+        """How crank and carriage move at a scan; to be asked once for each."""
+        return self._drive.update(
+            stamp_ns(scan.header.stamp), scan.crank_count, scan.carriage_count
         )
 
     def listen(self) -> None:
@@ -49,3 +78,22 @@ class ScanNode(Node, ABC):
                 self._missed += scan.sequence - self._last_sequence - 1
             self._last_sequence = scan.sequence
             self.take(scan)
+
+    def _details(self) -> dict[str, int]:
+        return {
+            "scans_missed": self._missed,
+            **{f"health_{flag.names[0]}": count for flag, count in self._flagged.items()},
+        }
+
+    def _tell_health(self) -> None:
+        seen, self._seen = self._seen, Health(0)
+        if not self._ready or seen == self._told:
+            return
+        self._told = seen
+        if seen:
+            what = "; ".join(f"{flag.names[0]}: the sensor {ADVICE[flag]}" for flag in seen)
+            self.get_logger().warning(what)
+            self.diagnostics.warn(what)
+        else:
+            self.get_logger().info("the sensor looks sound again")
+            self.diagnostics.ready()

@@ -18,6 +18,7 @@ from towtank_rig.conversion import carriage_encoder, crank_encoder, pressure_fro
 from towtank_rig.sensor_errors import PressureSensorErrors, SensorErrors
 
 from towtank_sim.axes import Quaternion, Vector, add, cross, to_tank
+from towtank_sim.terminal_faults import EXCITATION, TerminalFault, TerminalFaults
 
 Array = NDArray[np.float64]
 
@@ -52,11 +53,17 @@ class TrueState(NamedTuple):
 class Bench:
     """The rig's sensors with one realisation of their errors.
 
-    channels: names of the board's channels in the order of the bench frame. Raises BenchError if
-    the rig names others.
+    channels: names of the board's channels in the order of the bench frame. faults: of sensors and
+    wires. Raises BenchError if the rig names other channels, FaultError if a fault does.
     """
 
-    def __init__(self, rig: Rig, errors: SensorErrors, channels: Sequence[str]) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        errors: SensorErrors,
+        channels: Sequence[str],
+        faults: Sequence[TerminalFault] = (),
+    ) -> None:
         if tuple(rig.board.channels) != tuple(channels):
             raise BenchError(
                 f"the rig's board.channels are {', '.join(rig.board.channels)}, the board's are "
@@ -71,6 +78,7 @@ class Bench:
         self._carriage = carriage_encoder(rig)
         accelerometer = sensors.accelerometer.channels
         self._index = {name: channels.index(name) for name in channels}
+        self._faults = TerminalFaults(faults, rig, channels)
         self._accelerometer = [
             self._index[name] for name in (accelerometer.x, accelerometer.y, accelerometer.z)
         ]
@@ -99,8 +107,8 @@ class Bench:
         volts[..., self._accelerometer] = errors.accelerometer.volts(
             np.stack(state.specific_force, axis=-1)
         )
-        volts[..., self._index["excitation"]] = errors.excitation
-        return volts
+        volts[..., self._index[EXCITATION]] = errors.excitation
+        return self._faults.apply(state.time, volts)
 
     def _bridge_volts(
         self, sensor: PressureSensorErrors, port: Vector, velocity: Vector, drift: Array

@@ -32,6 +32,7 @@ from towtank_sim.serialised import (
     read_odometry,
 )
 from towtank_sim.simulator_parameters import RIG
+from towtank_sim.terminal_faults import FaultError, parse_faults
 
 _PARAMETERS = (
     RIG,
@@ -43,6 +44,12 @@ _PARAMETERS = (
         "errors of the sensors: drawn from the rig's budget, or none",
         default="rig",
         choices=("rig", "none"),
+    ),
+    Parameter(
+        "sensor_faults",
+        str,
+        "faults of sensors and wires, as towtank_sim/terminal_faults.py has them",
+        default="",
     ),
 )
 _SILENCE_S = 1.0
@@ -62,7 +69,8 @@ class BenchNode(Node):
             else sensor_errors.draw(rig, parameters.seed)
         )
         self._layout = BenchFrameLayout()
-        self._bench = Bench(rig, errors, self._layout.channels)
+        faults = parse_faults(parameters.sensor_faults)
+        self._bench = Bench(rig, errors, self._layout.channels, faults)
         self._socket = BenchSocket(parameters.socket)
         self._ros_minus_monotonic = ros_minus_monotonic_ns(
             lambda: self.get_clock().now().nanoseconds
@@ -159,4 +167,4 @@ def _true_state(
 
 def main() -> int:
     """Run the node until it is stopped."""
-    return run_node(BenchNode, (RigError, BenchError, BenchFrameError, SerialisedError))
+    return run_node(BenchNode, (RigError, BenchError, BenchFrameError, FaultError, SerialisedError))

@@ -25,6 +25,7 @@ from towtank_sim.bench import Bench, TrueState
 from towtank_sim.bench_frame import BenchFrameLayout
 from towtank_sim.drive import TimedCommand
 from towtank_sim.plant import CYCLE_NS, Plant
+from towtank_sim.terminal_faults import TerminalFault
 from towtank_sim.tow import Tow
 from towtank_sim.twin import Twin
 
@@ -154,15 +155,19 @@ def _plant_row(plant: Plant) -> tuple[object, ...]:
 
 
 def bench_frames(
-    history: PlantHistory, rig: Rig, errors: SensorErrors, start_ns: int = 0
+    history: PlantHistory,
+    rig: Rig,
+    errors: SensorErrors,
+    start_ns: int = 0,
+    faults: Sequence[TerminalFault] = (),
 ) -> list[bytes]:
     """Return the bench frames of a plant's history, numbered from 0.
 
     start_ns: the board's time at the plant's time 0, ns. A board takes only frames that lie ahead
-    of it, so one that begins at 0 needs a later start.
+    of it, so one that begins at 0 needs a later start. faults: of sensors and wires.
     """
     layout = BenchFrameLayout()
-    bench = Bench(rig, errors, layout.channels)
+    bench = Bench(rig, errors, layout.channels, faults)
     state = history.true_state()
     volts = bench.terminal_volts(state).tolist()
     crank, wheel = (angle.tolist() for angle in bench.encoder_angles(state))

@@ -43,6 +43,13 @@ from towtank_bringup.trial_directory import TrialDirectoryError
     help="Virtual tank: sensor errors drawn from the rig's budget, or ideal sensors.",
 )
 @click.option("--seed", type=int, default=1, help="Virtual tank: seed of the sensor errors (1).")
+@click.option(
+    "--sensor-faults",
+    default="",
+    metavar="CHANNEL:KIND@START[-STOP],…",
+    help="Virtual tank: broken sensors and wires (open, short, stuck, noisy; excitation:low, high),"
+    " s after the start.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print result.json instead of the table.")
 def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
     """Record a trial, compute its heave ratios and write a report."""
