@@ -85,8 +85,7 @@ def graph():
         made.close()
 
 
-@pytest.fixture
-def virtual_board(tmp_path):
+def start_board(tmp_path: Path) -> subprocess.Popen:
     """The virtual board's process; its port is tmp_path/board."""
     process = subprocess.Popen(
         [
@@ -99,6 +98,12 @@ def virtual_board(tmp_path):
         text=True,
     )  # fmt: skip
     assert process.stdout.readline().startswith("ready")
+    return process
+
+
+@pytest.fixture
+def virtual_board(tmp_path):
+    process = start_board(tmp_path)
     yield process
     process.send_signal(signal.SIGCONT)
     process.terminate()
@@ -167,8 +172,9 @@ def test_ready_is_said_and_health_is_told(graph, virtual_board, tmp_path):
 
 @pytest.mark.timeout(60)
 def test_port_that_vanishes_in_the_run(graph, virtual_board, tmp_path):
-    """The node falls back to unconfigured, says why, and can be configured again."""
-    made = graph(tmp_path / "board")
+    """When its patience is over, the node falls back to unconfigured, says why, and can be
+    configured again."""
+    made = graph(tmp_path / "board", patience_s=0.0)
     made.node.trigger_configure()
     made.node.trigger_activate()
     made.spin_until(lambda: made.scans)
@@ -179,9 +185,44 @@ def test_port_that_vanishes_in_the_run(graph, virtual_board, tmp_path):
     assert made.node.trigger_configure() == FAILURE
 
 
+@pytest.mark.real_time
+@pytest.mark.timeout(60)
+def test_acquisition_goes_on_when_the_port_comes_back(graph, virtual_board, tmp_path):
+    """The board's process is killed and another started: its port vanishes and returns, its power
+    was off. The gap stands in the numbers of the scans as it does in their stamps."""
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    made.spin_until(lambda: len(made.scans) > 50)
+    virtual_board.kill()
+    virtual_board.wait()
+    made.spin_until(lambda: made.statuses[-1].level == DiagnosticStatus.WARN)
+    assert "is gone: plug the board in" in made.statuses[-1].message
+    before = made.scans[-1]
+    again = start_board(tmp_path)
+    try:
+        made.spin_until(lambda: len(made.scans) > 0 and made.scans[-1].sequence > before.sequence)
+        made.spin_until(lambda: len(made.scans) > 200)
+        assert made.state == State.PRIMARY_STATE_ACTIVE
+        after = next(scan for scan in made.scans if scan.sequence > before.sequence)
+        passed_s = _seconds(after) - _seconds(before)
+        assert after.sequence - before.sequence == pytest.approx(100 * passed_s, abs=1)
+        assert made.node.trigger_deactivate() == SUCCESS
+        details = made.node._details()
+        assert (details["restarts"], details["reconnections"]) == (1, 1)
+        assert details["scans_lost"] >= after.sequence - before.sequence - 1
+    finally:
+        again.terminate()
+        again.communicate()
+
+
+def _seconds(scan: AdcScan) -> float:
+    return scan.header.stamp.sec + 1e-9 * scan.header.stamp.nanosec
+
+
 @pytest.mark.timeout(60)
 def test_board_that_falls_silent_in_the_run(graph, virtual_board, tmp_path):
-    made = graph(tmp_path / "board")
+    made = graph(tmp_path / "board", patience_s=0.0)
     made.node.trigger_configure()
     made.node.trigger_activate()
     made.spin_until(lambda: made.scans)

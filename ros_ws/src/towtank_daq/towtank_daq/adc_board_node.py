@@ -60,11 +60,20 @@ class AdcBoardNode(LifecycleNode):
                     maximum=rates.maximum,
                 ),
                 Parameter("rig", str, "path of the rig file"),
+                Parameter(
+                    "patience_s",
+                    float,
+                    "how long a run waits for a port or a board that has gone, s",
+                    30.0,
+                    minimum=0.0,
+                    maximum=3600.0,
+                ),
             ],
         )
         _check_channels(parameters.rig, board)
         self._protocol = Protocol(board)
         self._port_path = parameters.port
+        self._patience_s = parameters.patience_s
         self._rate_hz = parameters.rate_hz
         self._port: SerialPort | None = None
         self._board: AdcBoard | None = None
@@ -88,7 +97,11 @@ class AdcBoardNode(LifecycleNode):
         try:
             self._port = SerialPort(self._port_path, self._protocol.board.wire.baud)
             self._board = AdcBoard(
-                self._port, self._protocol, self._publish, self.get_logger().warning
+                self._port,
+                self._protocol,
+                self._publish,
+                self._on_warning,
+                patience_s=self._patience_s,
             )
             identity = self._board.connect()
             self._board.configure(self._configuration)
@@ -179,6 +192,11 @@ class AdcBoardNode(LifecycleNode):
             self._scans.publish(message)
             self._latencies_s.append((time.monotonic_ns() - scan.stamp_ns) * 1e-9)
 
+    def _on_warning(self, text: str) -> None:
+        """What the driver has to say in a run, which it goes on with."""
+        self.get_logger().warning(text)
+        self._diagnostics.warn(text)
+
     # -- the rest
 
     def _on_thread_failed(self) -> None:
@@ -209,6 +227,7 @@ class AdcBoardNode(LifecycleNode):
             "scans_lost": counted.scans_lost,
             "scans_bad": counted.scans_bad,
             "restarts": counted.restarts,
+            "reconnections": counted.reconnections,
             "bad_frames": counted.frames.bad,
             "unknown_frames": counted.unknown_frames,
             "sync_failures": counted.sync_failures,

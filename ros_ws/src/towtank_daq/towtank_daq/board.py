@@ -13,6 +13,10 @@ When the board resets in the middle of a run, or has gone idle because the host 
 driver starts it again. The numbers of the scans then go on by the time that has passed, so that
 the gap shows as so many lost scans, and the encoder counts go on from the last known ones: what the
 shafts turned while the board was down is not known and must be zeroed again.
+
+When the line goes in the middle of a run, the driver opens it again as soon as it is there. A board
+that has run on meanwhile (its time tells) is just listened to again: its numbers say to the scan
+what was lost. One that has not is started again as above.
 """
 
 from __future__ import annotations
@@ -60,6 +64,8 @@ _FIRST_SYNC_SPACING_S = 0.15  # with 50 us of jitter the slope is then known to 
 _SCAN_PATIENCE_S = 0.1  # how long a due sync try waits for a scan to go just behind it
 _LOOK_AROUND_NS = 100_000_000  # longest wait for bytes before sync and silence are looked at
 _SILENCE_S = 3.0  # health frames come once a second, whatever else happens
+_PATIENCE_S = 30.0  # time to find a plug that has come out and put it in again
+_RAN_ON_S = 0.5  # a board's time this far from what it should be: it was reset (that takes longer)
 
 
 class Transport(Interface):
@@ -76,9 +82,20 @@ class Transport(Interface):
         """Send all of `data`. Raises OSError when the line is gone."""
         ...
 
+    def reopen(self, timeout_s: float) -> None:
+        """Open a line anew that is gone, and wait so long for it to be there again.
+
+        Raises OSError when it is not.
+        """
+        ...
+
 
 class BoardError(Exception):
     """The board does not do what it should; one line with cause and mend."""
+
+
+class NoAnswer(BoardError):
+    """Nothing comes from the board; that may change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +125,7 @@ class Statistics:
     scans_bad: int = 0
     """Received, but with at least one channel not valid."""
     restarts: int = 0
+    reconnections: int = 0
     sync_failures: int = 0
     unknown_frames: int = 0
     frames: FrameCounters = field(default_factory=FrameCounters)
@@ -144,12 +162,15 @@ class AdcBoard:
         on_scan: Callable[[Scan], None],
         on_warning: Callable[[str], None],
         monotonic_ns: Callable[[], int] = time.monotonic_ns,
+        patience_s: float = _PATIENCE_S,
     ) -> None:
+        """patience_s: how long a run waits for a line or a board that has gone."""
         self._transport = transport
         self._protocol = protocol
         self._on_scan = on_scan
         self._on_warning = on_warning
         self._now_ns = monotonic_ns
+        self._patience_ns = round(1e9 * patience_s)
         self._board = protocol.board
         self._reader = FrameReader(self._board.wire.maximum_payload)
         self.clock = BoardClock(
@@ -173,6 +194,8 @@ class AdcBoard:
         self._all_valid = self._board.all_valid
         self._streaming = False
         self._down = ""  # why the stream must be started again
+        self._line_gone = False
+        self._lost_ns: int | None = None  # since when the run waits for line or board
         self._crank, self._carriage = _Counter(), _Counter()
         self._first_tick = 0
         self._period_ticks = 0
@@ -202,7 +225,7 @@ class AdcBoard:
             if response is not None:
                 break
             if self._now_ns() >= end_ns:
-                raise BoardError(self._no_answer(timeout_s))
+                raise NoAnswer(self._no_answer(timeout_s))
             self._wait(min(quiet_until_ns, end_ns), lambda: self._booted)
         self.identity = self._identified(response)
         self._command("stop")
@@ -258,7 +281,7 @@ class AdcBoard:
             exchange = self._sync_try()
             if exchange is not None:
                 return exchange
-        raise BoardError("the board does not answer 'sync': check its cable")
+        raise NoAnswer("the board does not answer 'sync': check its cable")
 
     def start(self) -> None:
         """Learn the board's clock and start the stream; scans count from 0."""
@@ -267,28 +290,39 @@ class AdcBoard:
         self._base = 0
         self._last_sequence = -1
         self._last_stamp_ns = None
+        self._line_gone = False
+        self._lost_ns = None
         self._begin()
 
     def poll(self, timeout_s: float) -> None:
         """Take in what comes within `timeout_s`; keeps clock and board alive meanwhile.
 
-        Raises BoardError when the board has fallen silent, OSError when the line is gone.
+        Raises NoAnswer or OSError when the board has been silent, or the line gone, for longer than
+        the driver's patience; BoardError for a board that cannot be started again.
         """
         end_ns = self._now_ns() + round(1e9 * timeout_s)
         while True:
-            if self._down:
-                self._resume()
-            now_ns = self._now_ns()
-            self._synchronise(now_ns)
-            if now_ns >= end_ns:
-                return
-            heard = self._receive(min(end_ns, now_ns + _LOOK_AROUND_NS))
-            # Only a read that found nothing tells of silence: after a long stall of the host,
-            # all that the board has sent meanwhile is still to be read
-            if not heard and self._now_ns() - self._last_frame_ns > 1e9 * _SILENCE_S:
-                raise BoardError(
-                    f"the board has sent nothing for {_SILENCE_S:g} s: check its power and cable"
-                )
+            try:
+                if self._line_gone:
+                    self._rejoin(end_ns)
+                if self._down:
+                    self._resume()
+                now_ns = self._now_ns()
+                self._synchronise(now_ns)
+                if now_ns >= end_ns:
+                    return
+                heard = self._receive(min(end_ns, now_ns + _LOOK_AROUND_NS))
+                # Only a read that found nothing tells of silence: after a long stall of the host,
+                # all that the board has sent meanwhile is still to be read
+                if not heard and self._now_ns() - self._last_frame_ns > 1e9 * _SILENCE_S:
+                    raise NoAnswer(
+                        f"the board has sent nothing for {_SILENCE_S:g} s: check its power and "
+                        "cable"
+                    )
+            except (NoAnswer, OSError) as error:
+                self._wait_for(error)
+                if self._now_ns() >= end_ns:
+                    return
 
     def stop(self) -> None:
         """Stop the stream and settle the account of the scans."""
@@ -310,7 +344,7 @@ class AdcBoard:
             response = self._exchange(name, timeout_s, **arguments)
             if response is not None:
                 return self._accepted(response)
-        raise BoardError(
+        raise NoAnswer(
             f"the board does not answer '{name}': check its cable, or reset it and try again"
         )
 
@@ -370,7 +404,7 @@ class AdcBoard:
         for _ in range(_FIRST_SYNC_ATTEMPTS):
             tries = [t for t in (self._sync_try() for _ in range(_SYNC_TRIES)) if t is not None]
             if not tries:
-                raise BoardError("the board does not answer 'sync': check its cable")
+                raise NoAnswer("the board does not answer 'sync': check its cable")
             self.clock.add_round(tries)
             if self.clock.points == _FIRST_SYNC_ROUNDS:
                 break
@@ -389,7 +423,7 @@ class AdcBoard:
                 self._accepted(response)
                 return
             self._command("stop")  # the answer may have been lost, and a second start is refused
-        raise BoardError("the board does not answer 'start': check its cable")
+        raise NoAnswer("the board does not answer 'start': check its cable")
 
     def _take_started(self, started: Started) -> None:
         """The stream is on. Done as the answer is read: a scan may be in the same bytes."""
@@ -400,16 +434,50 @@ class AdcBoard:
             self._base = self._last_sequence + max(1, round(passed_ns / period_ns))
         self._streaming = True
 
+    def _wait_for(self, error: NoAnswer | OSError) -> None:
+        """Note that line or board are gone; raises the error when that has lasted too long."""
+        now_ns = self._now_ns()
+        if isinstance(error, OSError):
+            self._line_gone = True
+        else:
+            self._down = str(error)
+        if self._lost_ns is None:
+            self._lost_ns = now_ns
+            if self._patience_ns > 0:
+                self._on_warning(f"{error}; waiting for it {self._patience_ns / 1e9:g} s")
+        if now_ns - self._lost_ns >= self._patience_ns:
+            self._lost_ns = None
+            raise error
+
+    def _rejoin(self, end_ns: int) -> None:
+        """Open the line again; a board that has run on streams on."""
+        until_ns = min(end_ns, self._lost_ns + self._patience_ns)
+        self._transport.reopen(max(0.0, (until_ns - self._now_ns()) / 1e9))
+        self._line_gone = False
+        self._last_frame_ns = self._now_ns()
+        self.statistics.reconnections += 1
+        exchange = self._sync_try()
+        if exchange is None or not self._has_run_on(exchange):
+            self._down = "the line was gone"
+
+    def _has_run_on(self, exchange: SyncExchange) -> bool:
+        """Whether the board's time is where it must be, or else it was reset."""
+        apart = exchange.board_received - self.clock.ticks(exchange.sent_ns)
+        return abs(apart) < _RAN_ON_S * self._board.microcontroller.tick_hz
+
     def _resume(self) -> None:
-        self.statistics.restarts += 1
-        self._on_warning(
-            f"{self._down}: starting it again; the gap counts as lost scans, and what the shafts "
-            "turned meanwhile is not known"
-        )
+        if self._lost_ns is None:  # else that has been said
+            self._on_warning(
+                f"{self._down}: starting it again; the gap counts as lost scans, and what the "
+                "shafts turned meanwhile is not known"
+            )
         self._streaming = False
         self.connect()
+        if not self._has_run_on(self.board_time()):
+            self._forget_counts()  # also where neither boot frame nor boot count tell of a reset
         self.configure(self._configuration)
         self._begin()
+        self.statistics.restarts += 1
 
     def _synchronise(self, now_ns: int) -> None:
         """Make the next sync try when it is due, just behind a scan if these are coming: the
@@ -493,6 +561,7 @@ class AdcBoard:
         self._last_sequence = sequence
         self._last_stamp_ns = stamp_ns = self.clock.host_ns(ticks)
         self._scan_seen = True
+        self._lost_ns = None
         self._on_scan(
             Scan(
                 sequence=sequence,
@@ -523,10 +592,13 @@ class AdcBoard:
         self._board_was_reset(record.reset_cause)
 
     def _board_was_reset(self, cause: int) -> None:
-        self._crank.board_was_reset()
-        self._carriage.board_was_reset()
+        self._forget_counts()
         if self._streaming:
             self._down = f"the board was reset ({self._protocol.reset_causes(cause)})"
+
+    def _forget_counts(self) -> None:
+        self._crank.board_was_reset()
+        self._carriage.board_was_reset()
 
 
 _CONFIGURATION_LOST = {

@@ -6,10 +6,12 @@ from __future__ import annotations
 import errno
 import os
 import select
+import time
 
 import serial
 
 _CHUNK = 4096
+_REOPEN_PERIOD_S = 0.2
 
 
 class SerialPortError(OSError):
@@ -24,11 +26,30 @@ class SerialPort:
 
     def __init__(self, path: str, baud: int) -> None:
         self._path = path
+        self._baud = baud
+        self._open()
+
+    def _open(self) -> None:
         try:
-            self._port = serial.Serial(path, baud, timeout=0, write_timeout=1.0, exclusive=True)
+            self._port = serial.Serial(
+                self._path, self._baud, timeout=0, write_timeout=1.0, exclusive=True
+            )
         except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise SerialPortError(_cause(path, error)) from error
+            raise SerialPortError(_cause(self._path, error)) from error
         self._file = self._port.fileno()
+
+    def reopen(self, timeout_s: float) -> None:
+        """Open the port anew, trying so long; SerialPortError when it cannot be had."""
+        self._port.close()
+        end = time.monotonic() + timeout_s
+        while True:
+            try:
+                return self._open()
+            except SerialPortError:
+                left = end - time.monotonic()
+                if left <= 0.0:
+                    raise
+                time.sleep(min(_REOPEN_PERIOD_S, left))
 
     def read(self, timeout_s: float) -> bytes:
         """All bytes that are there, as soon as there is one; none after `timeout_s`."""

@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The acquisition under the faults of a wet laboratory: none loses or invents a sample unmarked.
+
+The real firmware and the driver run in the virtual board without a clock. The terminals' volts rise
+steadily and both shafts turn evenly, so that every code and count tells the instant at which it was
+true: each scan that arrives is held against its own stamp, and each one that does not must be in
+the account of the lost.
+
+Two faults of the campaign have their tests elsewhere: sensor open and short in
+test_sensor_faults.py, a full disk under a whole trial in test_bad_input.py.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import pty
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import pytest
+from offline_trial import ELF
+from towtank_daq.board import AdcBoard, BoardError, NoAnswer, Scan
+from towtank_daq.configuration import configuration_at
+from towtank_daq.description import installed_description, load_description
+from towtank_daq.protocol import Protocol
+from towtank_daq.serial_port import SerialPort, SerialPortError
+from vboard import BenchFrame, ResetCause, VirtualBoard
+
+BOARD = load_description(installed_description())
+PROTOCOL = Protocol(BOARD)
+MS = 1_000_000
+SECOND = 1_000_000_000
+PERIOD_NS = 10 * MS
+QUANTUM_NS = 100_000  # how finely the line is looked at
+COUNTS = 4096  # per revolution
+REVOLUTIONS_PER_S = (0.5, 2.0)  # crank, carriage
+EXCITATION = 5
+
+# Of the terminals, by channel: V at the start, V/s. A code's step is 37 µs of a bridge's ramp and
+# 15 µs of an accelerometer's; the excitation stands, for the bridges' codes are shares of it.
+RAMPS = ((2e-3, 2e-4), (3e-3, 2e-4), (1.0, 0.01), (1.1, 0.01), (1.2, 0.01), (10.0, 0.0))
+
+# A stamp is good to 0.25 ms (test_board_virtual.py); two of them, and the steps of the codes
+AGREE_S = 0.6e-3
+
+
+class Line:
+    """Transport and clock on a virtual board; reading lets its time pass. It can be unplugged."""
+
+    def __init__(self, board: VirtualBoard) -> None:
+        self.board = board
+        self.plugged_ns = 0
+        self.crank_jitter = 0.0  # rad, to and fro with every bench frame
+        self.crank_rate = 2 * math.pi * REVOLUTIONS_PER_S[0]
+        self._crank = 0.0
+        self._fed_ns = 0
+
+    def monotonic_ns(self) -> int:
+        return self.board.now_ns
+
+    def unplug(self, seconds: float) -> None:
+        """The port vanishes and comes back."""
+        self.plugged_ns = self.board.now_ns + round(1e9 * seconds)
+
+    def write(self, data: bytes) -> None:
+        self._check()
+        self.board.write(data)
+
+    def read(self, timeout_s: float) -> bytes:
+        self._check()
+        end_ns = self.board.now_ns + round(1e9 * timeout_s)
+        while True:
+            data = self.board.read()
+            if data or self.board.now_ns >= end_ns:
+                return data
+            self.run(min(end_ns, self.board.now_ns + QUANTUM_NS))
+
+    def reopen(self, timeout_s: float) -> None:
+        end_ns = self.board.now_ns + round(1e9 * timeout_s)
+        self.run(min(end_ns, max(self.plugged_ns, self.board.now_ns)))
+        self.board.read()  # what was sent into an unplugged cable
+        self._check()
+
+    def run(self, until_ns: int) -> None:
+        """Let time pass."""
+        while self._fed_ns < until_ns + 20 * MS:
+            self._fed_ns += 5 * MS
+            time_s = self._fed_ns / SECOND
+            self._crank += self.crank_rate * 5e-3
+            self.crank_jitter = -self.crank_jitter
+            self.board.push_bench(
+                BenchFrame(
+                    self._fed_ns,
+                    tuple(start + slope * time_s for start, slope in RAMPS),
+                    self._crank + self.crank_jitter,
+                    2 * math.pi * REVOLUTIONS_PER_S[1] * time_s,
+                )
+            )
+        self.board.run_until(until_ns)
+
+    def _check(self) -> None:
+        if self.board.now_ns < self.plugged_ns:
+            raise SerialPortError("port board is gone: plug the board in and configure again")
+
+
+@dataclass
+class Run:
+    """A board that streams at 100 Hz with the driver on it; everything that came of it."""
+
+    board: VirtualBoard
+    line: Line
+    scans: list[Scan] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.driver = AdcBoard(
+            self.line, PROTOCOL, self.scans.append, self.warnings.append, self.line.monotonic_ns
+        )
+
+    def begin(self) -> None:
+        self.line.run(20 * MS)
+        self.driver.connect()
+        self.driver.configure(configuration_at(BOARD, 100))
+        self.driver.start()
+        self.driver.poll(3.0)
+        self.late_s = [self.told_s(self.scans[-1], i) for i in range(EXCITATION)]
+
+    def told_s(self, scan: Scan, channel: int) -> float:
+        """By how much the instant that a code tells lies behind the scan's stamp."""
+        start, slope = RAMPS[channel]
+        adc = BOARD.adc_channel(BOARD.channel_names[channel], RAMPS[EXCITATION][0])
+        return (float(adc.volts(scan.codes[channel])) - start) / slope - scan.stamp_ns / SECOND
+
+    @property
+    def gaps(self) -> list[tuple[Scan, Scan]]:
+        pairs = itertools.pairwise(self.scans)
+        return [(a, b) for a, b in pairs if b.sequence != a.sequence + 1]
+
+    @property
+    def bad(self) -> list[Scan]:
+        return [scan for scan in self.scans if scan.valid_mask != BOARD.all_valid]
+
+    def end(self) -> None:
+        """Stop, and hold all that came against the truth."""
+        self.driver.stop()
+        counted = self.driver.statistics
+        sequences = [scan.sequence for scan in self.scans]
+        assert sequences == sorted(set(sequences)), "a scan came twice or late"
+        assert counted.scans_received == len(self.scans)
+        missing = sum(b.sequence - a.sequence - 1 for a, b in self.gaps)
+        at_the_end = counted.scans_scheduled - 1 - sequences[-1]
+        assert counted.scans_lost == sequences[0] + missing + at_the_end
+        assert counted.scans_bad == len(self.bad)
+        first = self.scans[0]
+        for scan in self.scans:
+            # Numbers are instants: to the stamps' error, or to half a period where a board that
+            # was started anew fell between two ticks of the old stream
+            phase_s = (scan.stamp_ns - first.stamp_ns - scan.sequence * PERIOD_NS) / SECOND
+            assert abs(phase_s) < (0.5 * PERIOD_NS / SECOND if counted.restarts else AGREE_S)
+            for channel, late_s in enumerate(self.late_s):
+                if scan.valid_mask >> channel & 1:
+                    assert self.told_s(scan, channel) == pytest.approx(late_s, abs=AGREE_S)
+                else:
+                    assert scan.codes[channel] == 0, "an invalid channel has a value"
+
+    def assert_carriage_counts_are_of_their_instants(self) -> None:
+        first = self.scans[0]
+        rate = COUNTS * REVOLUTIONS_PER_S[1]
+        for scan in self.scans:
+            turned = rate * (scan.stamp_ns - first.stamp_ns) / SECOND
+            assert scan.carriage - first.carriage == pytest.approx(turned, abs=2 + rate * AGREE_S)
+
+
+@pytest.fixture
+def run() -> Iterator[Run]:
+    with VirtualBoard(ELF, seed=41, noise_volts=0.0) as board:
+        started = Run(board, Line(board))
+        started.begin()
+        yield started
+
+
+def test_spi_crc_errors(run):
+    """One ADC transaction in a thousand has a bit flipped; a damaged conversion is a channel of a
+    scan that is not valid, and nothing else."""
+    run.board.set_faults(spi_error_one_in=1000)
+    run.driver.poll(20.0)
+    run.board.set_faults()
+    run.end()
+    channels = sum(6 - scan.valid_mask.bit_count() for scan in run.bad)
+    health = run.driver.counters()
+    assert 3 < channels <= run.board.counters()["spi_errors_injected"]
+    assert health.spi_crc_errors + health.adc_sequence_errors >= channels
+    assert run.gaps == []
+
+
+def test_adc_that_stops_answering(run):
+    """For two seconds: scans come with their encoder counts and no valid channel."""
+    run.board.set_faults(adc_silent=True)
+    run.driver.poll(2.0)
+    run.board.set_faults()
+    run.driver.poll(2.0)
+    run.end()
+    run.assert_carriage_counts_are_of_their_instants()
+    assert 190 < len(run.bad) < 215
+    assert run.gaps == [] and run.scans[-1].valid_mask == BOARD.all_valid
+
+
+def test_bit_errors_on_the_line(run):
+    run.board.set_faults(serial_bit_error_rate=1e-4)
+    run.driver.poll(10.0)
+    run.board.set_faults()
+    run.end()
+    assert run.driver.statistics.scans_lost > 10  # 1000 frames of 45 bytes: 36 are expected
+    assert run.driver.statistics.restarts == 0
+
+
+def test_bytes_dropped_and_doubled(run):
+    run.board.set_faults(serial_byte_drop_rate=1e-3, serial_byte_double_rate=1e-3)
+    run.driver.poll(10.0)
+    run.board.set_faults()
+    run.end()
+    counters = run.board.counters()
+    # Of 1000 data frames of 45 bytes, and others; five deviations of 45 leave 11
+    assert min(counters["serial_bytes_dropped"], counters["serial_bytes_doubled"]) > 11
+    assert run.driver.statistics.scans_lost > 45
+
+
+@pytest.mark.parametrize("port", ["stays", "vanishes"])
+def test_cable_pulled_for_two_seconds(run, port):
+    """The board runs on; its numbers then tell to the scan what is missing."""
+    if port == "stays":
+        run.board.set_faults(serial_byte_drop_rate=1.0)
+        run.driver.poll(2.0)
+        run.board.set_faults()
+    else:
+        run.line.unplug(2.0)
+    run.driver.poll(4.0)
+    run.end()
+    ((before, after),) = run.gaps
+    assert 198 <= after.sequence - before.sequence <= 205
+    assert run.driver.statistics.restarts == 0
+    assert run.driver.statistics.reconnections == (port == "vanishes")
+    run.assert_carriage_counts_are_of_their_instants()
+
+
+def test_port_vanishes_until_the_board_has_gone_idle(run):
+    """Without a host for 5 s the board ends its stream, which is then started again."""
+    run.line.unplug(8.0)
+    run.driver.poll(12.0)
+    run.end()
+    ((before, after),) = run.gaps
+    assert 8.0 < (after.sequence - before.sequence) / 100 < 10.0
+    assert run.driver.statistics.restarts == 1
+    run.assert_carriage_counts_are_of_their_instants()  # it counts on while idle
+
+
+def test_power_goes_with_the_port(run):
+    """Neither boot frame nor boot count tell of it: the board's time does. Counts begin anew and
+    go on from the last known ones."""
+    run.line.unplug(2.0)
+    run.driver.poll(1.0)
+    run.board.reset(ResetCause.POWER_ON)
+    run.driver.poll(6.0)
+    run.end()
+    ((before, after),) = run.gaps
+    assert run.driver.statistics.restarts == 1
+    missed = COUNTS * REVOLUTIONS_PER_S[1] * (after.stamp_ns - before.stamp_ns) / SECOND
+    assert 0 <= after.carriage - before.carriage < missed
+
+
+def test_port_that_does_not_come_back(run):
+    run.line.unplug(60.0)
+    with pytest.raises(SerialPortError, match="is gone: plug the board in"):
+        run.driver.poll(60.0)
+    assert run.warnings == [
+        "port board is gone: plug the board in and configure again; waiting for it 30 s"
+    ]
+
+
+def test_board_that_falls_silent_and_comes_back(run):
+    """Silent for 10 s: its cable is out, but the adapter's port is there."""
+    run.board.set_faults(serial_byte_drop_rate=1.0)
+    run.driver.poll(10.0)
+    run.board.set_faults()
+    run.driver.poll(12.0)
+    run.end()
+    assert run.driver.statistics.restarts == 1
+    assert len(run.gaps) == 1
+    assert run.warnings[0].startswith("the board has sent nothing for 3 s")
+
+
+@pytest.mark.parametrize("cause", [ResetCause.WATCHDOG, ResetCause.BROWN_OUT])
+def test_reset_in_the_run(run, cause):
+    run.board.reset(cause)
+    run.driver.poll(5.0)
+    run.end()
+    assert len(run.gaps) == 1
+    assert run.driver.statistics.restarts == 1
+    name = {ResetCause.WATCHDOG: "watchdog", ResetCause.BROWN_OUT: "brown out"}[cause]
+    assert run.warnings[0].replace("_", " ").startswith(f"the board was reset ({name}")
+
+
+def test_encoder_bounce(run):
+    """The crank stands on an edge and trembles over it by two counts 200 times a second: what is
+    counted up is counted down again."""
+    run.line.crank_rate, run.line.crank_jitter = 0.0, 2 * math.pi / COUNTS
+    edges = run.board.counters()["crank_edges"]
+    run.driver.poll(0.1)
+    standing = run.scans[-1].crank
+    run.driver.poll(5.0)
+    run.end()
+    assert run.board.counters()["crank_edges"] - edges > 1500
+    assert all(abs(scan.crank - standing) <= 3 for scan in run.scans[-400:])
+    assert run.driver.counters().illegal_steps == 0
+
+
+def test_illegal_encoder_steps(run):
+    """A shaft that jumps, 300 000 edges a second: more than the board can follow. Scans that saw it
+    carry a flag, and the counter says how often."""
+    flag = BOARD.data_flags["illegal_step"]
+    assert not any(scan.flags & flag for scan in run.scans)
+    run.line.crank_rate = 2 * math.pi * 300_000 / COUNTS
+    run.driver.poll(0.1)
+    run.line.crank_rate = 0.0
+    run.driver.poll(2.0)
+    run.end()
+    assert any(scan.flags & flag for scan in run.scans)
+    assert not any(scan.flags & flag for scan in run.scans[-100:])
+    assert run.driver.counters().illegal_steps > 0
+
+
+@pytest.mark.parametrize("ppm", [5000.0, -5000.0])
+def test_clock_off(ppm):
+    """The periods are those of the board's clock; stamps and codes agree in the host's."""
+    with VirtualBoard(ELF, seed=42, noise_volts=0.0, clock_ppm=ppm) as board:
+        run = Run(board, Line(board))
+        run.begin()
+        run.driver.poll(15.0)
+        run.driver.stop()
+        assert (run.driver.statistics.scans_lost, run.driver.statistics.scans_bad) == (0, 0)
+        run.assert_carriage_counts_are_of_their_instants()
+        for scan in run.scans[100:]:
+            for channel, late_s in enumerate(run.late_s):
+                assert run.told_s(scan, channel) == pytest.approx(late_s, abs=AGREE_S)
+
+
+@pytest.mark.parametrize("stall_s", [3, 8])
+def test_host_stall(run, stall_s):
+    """What the board sends meanwhile waits in the port's buffer. After 5 s it ends its stream, and
+    the rest is lost by its number."""
+    run.line.run(run.board.now_ns + stall_s * SECOND)
+    run.driver.poll(4.0)
+    run.end()
+    assert len(run.gaps) == (stall_s > 5)
+    assert run.driver.statistics.restarts == (stall_s > 5)
+    run.assert_carriage_counts_are_of_their_instants()
+
+
+def test_host_killed_and_started_again(run):
+    """The next host finds the board streaming, stops it and starts its own run."""
+    run.line.read(0.5)
+    after = Run(run.board, run.line)
+    after.begin()
+    after.end()
+    assert (after.driver.statistics.scans_lost, after.driver.statistics.restarts) == (0, 0)
+
+
+def test_two_hosts_on_one_port():
+    """The second is refused; the first does not notice."""
+    controller, port = pty.openpty()
+    path = os.ttyname(port)
+    first = SerialPort(path, BOARD.wire.baud)
+    try:
+        with pytest.raises(SerialPortError, match="in use by another program: stop that first"):
+            SerialPort(path, BOARD.wire.baud)
+        os.write(controller, b"still")
+        assert first.read(1.0) == b"still"
+    finally:
+        first.close()
+        os.close(controller)
+        os.close(port)
+
+
+def test_port_is_opened_again():
+    controller, port = pty.openpty()
+    opened = SerialPort(os.ttyname(port), BOARD.wire.baud)
+    opened.reopen(1.0)
+    os.write(controller, b"again")
+    assert opened.read(1.0) == b"again"
+    opened.close()
+    os.close(controller)
+    os.close(port)
+    with pytest.raises(SerialPortError, match="does not exist"):
+        opened.reopen(0.0)
+
+
+def test_patience_is_for_what_may_come_back(run):
+    """A board with another firmware after a reset is refused at once."""
+    assert issubclass(NoAnswer, BoardError)
+    run.driver._board = BOARD.model_copy(update={"protocol": BOARD.protocol + 1})
+    run.board.reset(ResetCause.WATCHDOG)
+    with pytest.raises(BoardError, match="flash the firmware") as refused:
+        run.driver.poll(5.0)
+    assert not isinstance(refused.value, NoAnswer)
