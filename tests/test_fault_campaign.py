@@ -26,15 +26,12 @@ from towtank_daq.configuration import configuration_at
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.protocol import Protocol
 from towtank_daq.serial_port import SerialPort, SerialPortError
-from vboard import BenchFrame, ResetCause, VirtualBoard
+from vboard import ResetCause, VirtualBoard
+from virtual_line import COUNTS, MS, SECOND, VirtualLine
 
 BOARD = load_description(installed_description())
 PROTOCOL = Protocol(BOARD)
-MS = 1_000_000
-SECOND = 1_000_000_000
 PERIOD_NS = 10 * MS
-QUANTUM_NS = 100_000  # how finely the line is looked at
-COUNTS = 4096  # per revolution
 REVOLUTIONS_PER_S = (0.5, 2.0)  # crank, carriage
 EXCITATION = 5
 
@@ -46,71 +43,12 @@ RAMPS = ((2e-3, 2e-4), (3e-3, 2e-4), (1.0, 0.01), (1.1, 0.01), (1.2, 0.01), (10.
 AGREE_S = 0.6e-3
 
 
-class Line:
-    """Transport and clock on a virtual board; reading lets its time pass. It can be unplugged."""
-
-    def __init__(self, board: VirtualBoard) -> None:
-        self.board = board
-        self.plugged_ns = 0
-        self.crank_jitter = 0.0  # rad, to and fro with every bench frame
-        self.crank_rate = 2 * math.pi * REVOLUTIONS_PER_S[0]
-        self._crank = 0.0
-        self._fed_ns = 0
-
-    def monotonic_ns(self) -> int:
-        return self.board.now_ns
-
-    def unplug(self, seconds: float) -> None:
-        """The port vanishes and comes back."""
-        self.plugged_ns = self.board.now_ns + round(1e9 * seconds)
-
-    def write(self, data: bytes) -> None:
-        self._check()
-        self.board.write(data)
-
-    def read(self, timeout_s: float) -> bytes:
-        self._check()
-        end_ns = self.board.now_ns + round(1e9 * timeout_s)
-        while True:
-            data = self.board.read()
-            if data or self.board.now_ns >= end_ns:
-                return data
-            self.run(min(end_ns, self.board.now_ns + QUANTUM_NS))
-
-    def reopen(self, timeout_s: float) -> None:
-        end_ns = self.board.now_ns + round(1e9 * timeout_s)
-        self.run(min(end_ns, max(self.plugged_ns, self.board.now_ns)))
-        self.board.read()  # what was sent into an unplugged cable
-        self._check()
-
-    def run(self, until_ns: int) -> None:
-        """Let time pass."""
-        while self._fed_ns < until_ns + 20 * MS:
-            self._fed_ns += 5 * MS
-            time_s = self._fed_ns / SECOND
-            self._crank += self.crank_rate * 5e-3
-            self.crank_jitter = -self.crank_jitter
-            self.board.push_bench(
-                BenchFrame(
-                    self._fed_ns,
-                    tuple(start + slope * time_s for start, slope in RAMPS),
-                    self._crank + self.crank_jitter,
-                    2 * math.pi * REVOLUTIONS_PER_S[1] * time_s,
-                )
-            )
-        self.board.run_until(until_ns)
-
-    def _check(self) -> None:
-        if self.board.now_ns < self.plugged_ns:
-            raise SerialPortError("port board is gone: plug the board in and configure again")
-
-
 @dataclass
 class Run:
     """A board that streams at 100 Hz with the driver on it; everything that came of it."""
 
     board: VirtualBoard
-    line: Line
+    line: VirtualLine
     scans: list[Scan] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -173,10 +111,14 @@ class Run:
             assert scan.carriage - first.carriage == pytest.approx(turned, abs=2 + rate * AGREE_S)
 
 
+def line_of(board: VirtualBoard) -> VirtualLine:
+    return VirtualLine(board, RAMPS, REVOLUTIONS_PER_S)
+
+
 @pytest.fixture
 def run() -> Iterator[Run]:
     with VirtualBoard(ELF, seed=41, noise_volts=0.0) as board:
-        started = Run(board, Line(board))
+        started = Run(board, line_of(board))
         started.begin()
         yield started
 
@@ -335,7 +277,7 @@ def test_illegal_encoder_steps(run):
 def test_clock_off(ppm):
     """The periods are those of the board's clock; stamps and codes agree in the host's."""
     with VirtualBoard(ELF, seed=42, noise_volts=0.0, clock_ppm=ppm) as board:
-        run = Run(board, Line(board))
+        run = Run(board, line_of(board))
         run.begin()
         run.driver.poll(15.0)
         run.driver.stop()

@@ -13,6 +13,7 @@ VERBS = {
     "compare": "Heave ratios of a recorded bag.",
     "sweep": "A study over the parameters of a rig.",
     "rig": "Work with rig files.",
+    "doctor": "Look whether a connected board is well.",
     "calibrate": "Calibrate a sensor, guided or from readings.",
     "inertia": "Moment of inertia from a bifilar suspension.",
     "trim": "Ballast and trim of a fish from weighings.",

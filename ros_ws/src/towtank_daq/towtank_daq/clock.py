@@ -45,7 +45,9 @@ from dataclasses import dataclass
 
 _DECAY_S = 10.0
 _POINTS = 60  # at one a second the oldest has decayed to exp(-6)
-_SLOPE_PRIOR = 5e-3  # standard deviation of the board's relative clock error
+SLOPE_TOLERANCE = 5e-3
+"""Of the board's resonator; taken as the standard deviation of its relative error."""
+
 _FLOOR_S = 20e-6  # jitter of the best round trips: scheduling and interrupts on both sides
 _ROBUST_SIGMAS = 4.0
 _ROBUST_STEPS = 15  # more than it takes to settle below a microsecond
@@ -172,7 +174,7 @@ def _line(rows: Iterable[tuple[float, float, float]]) -> tuple[float, float]:
     """Offset and slope of the weighted least-squares line through (x, y, weight), with the prior
     on the slope."""
     s0 = s1 = t0 = t1 = 0.0
-    s2 = _SLOPE_PRIOR**-2
+    s2 = SLOPE_TOLERANCE**-2
     for x, y, w in rows:
         s0 += w
         s1 += w * x

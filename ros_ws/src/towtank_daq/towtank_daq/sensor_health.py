@@ -115,8 +115,7 @@ class ChannelWatch:
         self._top = 2**channel.bits - 1
         self._equal = limits.equal_codes
         self._block = block
-        margin = SIGMAS * _NOISE_SCATTER / math.sqrt(block - 3)
-        self._noise_limit = limits.noise * (1.0 + margin)
+        self._noise_limit = limits.noise * (1.0 + noise_margin(block))
         self._codes: list[int] = []
         self._repeats = 0
         self._last: int | None = None
@@ -187,6 +186,11 @@ def white_noise(codes: np.ndarray) -> float:
     """Return the standard deviation of the white noise in samples, by third differences."""
     sizes = np.abs(np.diff(codes, 3))
     return float(np.median(sizes)) / (_MEDIAN * math.sqrt(_DIFFERENCES))
+
+
+def noise_margin(samples: int) -> float:
+    """Return how far white_noise() may lie above the truth by chance, relative; for 4 or more."""
+    return SIGMAS * _NOISE_SCATTER / math.sqrt(samples - 3)
 
 
 def is_still(codes: np.ndarray, greatest_noise: float) -> bool:

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A walk through a connected board: who it is, what it finds in itself, and how it streams.
+
+Every finding is a number between limits. The limits come from board.yaml (self-test), from the
+rig (noise of its sensors, counts of its crank) and from what the driver relies on (clock).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from towtank_rig import Rig
+from towtank_rig.conversion import crank_encoder
+
+from towtank_daq.board import AdcBoard, BoardError, Scan
+from towtank_daq.clock import SLOPE_TOLERANCE
+from towtank_daq.configuration import configuration_at
+from towtank_daq.description import BoardDescription
+from towtank_daq.self_test import Check
+from towtank_daq.sensor_health import (
+    accelerometer_limits,
+    noise_margin,
+    pressure_limits,
+    white_noise,
+)
+
+_SLICE_S = 0.05
+_FEWEST_SCANS = 100  # noise is then known to 18 %
+_RESIDUAL_S = 0.2e-3  # what stamps shall be good for
+_ROUND_TRIP_S = (
+    5e-3  # of a sync exchange less the bytes' time: a USB adapter of 1 ms and a busy host
+)
+_TURN_BY_HAND = 0.05  # of a turn, to which somebody finds a mark again
+_STACK_RESERVE = 256  # bytes; an interrupt that comes in another takes some 40
+
+Passed = Callable[[float], None]
+"""Gets the share of the streaming time that has passed."""
+
+
+@dataclass(frozen=True)
+class Examination:
+    """What was found, by section.
+
+    Attributes:
+        facts: What is no matter of limits, by name.
+        checks: Findings by section.
+        notes: What could not be checked, and how it could.
+    """
+
+    facts: dict[str, str]
+    checks: dict[str, tuple[Check, ...]]
+    notes: tuple[str, ...]
+
+    @property
+    def all(self) -> list[Check]:
+        """Findings of all sections."""
+        return [check for checks in self.checks.values() for check in checks]
+
+    @property
+    def failures(self) -> list[Check]:
+        """Findings outside their limits."""
+        return [check for check in self.all if not check.passed]
+
+
+def examine(
+    board: AdcBoard,
+    scans: list[Scan],
+    rig: Rig,
+    description: BoardDescription,
+    *,
+    seconds: float,
+    turns: float | None,
+    passed: Passed,
+) -> Examination:
+    """Examine a board, which `connect()` need not have found yet; leaves it idle and configured.
+
+    scans: where the board's `on_scan` puts them. seconds: of streaming, with the sensors at rest.
+    turns: by how many, in its running sense, the crank is turned meanwhile, or None.
+
+    Raises BoardError or OSError where there is no board to examine, OSError where its line goes.
+    """
+    identity = board.connect()
+    board.configure(configuration_at(description, round(rig.board.sample_rate.value)))
+    facts = {
+        "board": f"{identity.board_serial:08x}",
+        "firmware": ".".join(map(str, identity.firmware_version)),
+        "schema": f"{identity.schema_hash:08x}",
+        "ADC": f"{identity.adc_id:#04x}",
+        "calibration id": f"{identity.calibration_id:08x}",
+    }
+    checks = {"self-test": board.self_test().checks}
+    before = board.counters()
+    scans.clear()
+    try:
+        _stream(board, seconds, passed)
+        after = board.counters()
+    except BoardError as error:
+        checks["scans"] = (Check("stream", 0, "", 1, 1, str(error)),)
+        return Examination(facts, checks, ("without a stream nothing else can be checked",))
+    causes = [name for name, bit in description.reset_cause.items() if after.reset_cause & bit]
+    facts["last reset"] = ", ".join(causes) or "not told (a bootloader clears it)"
+    checks["scans"] = tuple(_scans(board))
+    checks["noise"] = tuple(_noise(scans, rig, description))
+    checks["encoders"] = tuple(_encoders(scans, rig, turns))
+    checks["clock"] = tuple(_clock(board))
+    new = {name: count - before.troubles[name] for name, count in after.troubles.items()}
+    checks["counters"] = (
+        *(_none(name.replace("_", " "), count, _MENDS[name]) for name, count in new.items()),
+        Check(
+            "stack never used",
+            after.stack_low_water,
+            "bytes",
+            _STACK_RESERVE,
+            math.inf,
+            "the firmware needs more memory than it has: report it",
+        ),
+    )
+    notes = [] if turns else ["the crank's count was not checked: turn it, and give --turns"]
+    return Examination(facts, checks, tuple(notes))
+
+
+def _stream(board: AdcBoard, seconds: float, passed: Passed) -> None:
+    board.start()
+    slices = max(1, round(seconds / _SLICE_S))
+    for number in range(slices):
+        passed(number / slices)
+        board.poll(seconds / slices)
+    passed(1.0)
+    board.poll(_SLICE_S)
+    board.stop()
+
+
+def _none(name: str, count: int, mend: str) -> Check:
+    return Check(name, count, "", 0, 0, mend)
+
+
+def _scans(board: AdcBoard) -> Iterator[Check]:
+    counted = board.statistics
+    yield Check(
+        "scans received",
+        counted.scans_received,
+        "",
+        _FEWEST_SCANS,
+        math.inf,
+        "give more --seconds, or look at what else fails",
+    )
+    yield _none("scans lost", counted.scans_lost, "check the cable, and what else keeps the host")
+    yield _none("scans with a bad channel", counted.scans_bad, "check the ADC's wires")
+    yield _none("restarts in the run", counted.restarts, "check the board's power")
+    yield _none("damaged frames", counted.frames.bad, "check the cable and its ground")
+
+
+def _noise(scans: list[Scan], rig: Rig, description: BoardDescription) -> Iterator[Check]:
+    """White noise of each channel; the least of a live one is far below a code's step."""
+    sensors, nominal = rig.sensors, rig.board.excitation.value
+    axes = sensors.accelerometer.channels
+    limits = {
+        sensors.fish_pressure.channel: pressure_limits(rig, description, "fish_pressure"),
+        sensors.depressor_pressure.channel: pressure_limits(rig, description, "depressor_pressure"),
+        **{getattr(axes, axis): accelerometer_limits(rig, description, axis) for axis in "xyz"},
+    }
+    for index, name in enumerate(description.channel_names):
+        codes = [scan.codes[index] for scan in scans if scan.valid_mask >> index & 1]
+        step = description.adc_channel(name, nominal).resolution
+        expected = description.terminal_noise(name, nominal)
+        if name in limits:
+            expected = limits[name].noise * step
+        enough = len(codes) > 3
+        yield Check(
+            f"{name} noise",
+            white_noise(np.array(codes, dtype=float)) * step if enough else math.nan,
+            "V",
+            0.1 * step,
+            expected * (1.0 + noise_margin(len(codes))) if enough else expected,
+            "keep the sensors at rest; check shield, ground and wires",
+        )
+
+
+def _encoders(scans: list[Scan], rig: Rig, turns: float | None) -> Iterator[Check]:
+    if turns is None or not scans:
+        return
+    encoder = crank_encoder(rig)
+    radians = (scans[-1].crank - scans[0].crank) * encoder.per_count
+    yield Check(
+        "crank",
+        radians / (2.0 * math.pi),
+        "turns",
+        turns - _TURN_BY_HAND,
+        turns + _TURN_BY_HAND,
+        "swap A and B if its sign is wrong; else check the encoder's wires and counts per turn",
+    )
+
+
+def _clock(board: AdcBoard) -> Iterator[Check]:
+    clock = board.clock
+    yield Check(
+        "rate against the host's",
+        clock.rate_ppm,
+        "ppm",
+        -1e6 * SLOPE_TOLERANCE,
+        1e6 * SLOPE_TOLERANCE,
+        "the board's resonator is out of its tolerance: replace it",
+    )
+    yield Check(
+        "scatter of the exchanges",
+        clock.residual_s,
+        "s",
+        0.0,
+        _RESIDUAL_S,
+        "the host is too busy: stop what else runs, or give it a real-time kernel",
+    )
+    yield Check(
+        "round trip",
+        clock.round_trip_s,
+        "s",
+        -math.inf,
+        _ROUND_TRIP_S,
+        "set the USB adapter's latency timer to 1 ms",
+    )
+
+
+_MENDS = {
+    "missed_ticks": "report it: the firmware did not keep up",
+    "scan_overruns": "lower the rate or the filter word",
+    "spi_crc_errors": "shorten the ADC's wires, check their level shifters and its ground",
+    "adc_sequence_errors": "check the wires SYNC and DOUT",
+    "illegal_steps": "check the encoders' shields and pull-ups",
+    "rx_overflows": "another program writes to the board: stop it",
+    "rx_bad_frames": "check the cable, and that no other program writes to the board",
+    "dropped_frames": "report it: the line was too slow for the frames",
+}
