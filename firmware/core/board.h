@@ -22,6 +22,8 @@ struct board {
     struct storage storage;
     uint8_t adc_id;
     bool reset_wanted;
+    uint16_t sync_stamp;         // when the latest answer to `sync` was begun …
+    uint16_t sync_coding_ticks;  // … and how long it took to be on its way
     uint32_t last_host_frame; // low half of the time of the last good frame
     uint32_t last_health;
 };

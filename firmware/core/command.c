@@ -96,11 +96,14 @@ static uint8_t self_test(struct board *board, const uint8_t *arguments, uint8_t 
 
 static uint8_t sync(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
 {
-    (void)board;
     (void)arguments;
+    // The answer tells when it will be sent: it is taken to need as long as the one before. (The
+    // first of all is stamped early by that time.)
+    uint64_t now = hal_time();
+    board->sync_stamp = (uint16_t)now;
     struct sync_response response = {
         .received_ticks = hal_serial_delimiter_time(),
-        .sent_ticks = hal_time(),
+        .sent_ticks = now + board->sync_coding_ticks,
     };
     sync_response_pack(data, &response);
     *size = SYNC_RESPONSE_SIZE;
@@ -183,5 +186,7 @@ bool command_handle(struct board *board, const uint8_t *payload, uint8_t length)
     response[1] = payload[1];
     response[2] = status;
     transmit(&board->transmitter, response, (uint8_t)(RESPONSE_HEADER + size));
+    if (payload[0] == BOARD_COMMAND_SYNC && status == BOARD_STATUS_OK)
+        board->sync_coding_ticks = (uint16_t)((uint16_t)hal_time() - board->sync_stamp);
     return true;
 }

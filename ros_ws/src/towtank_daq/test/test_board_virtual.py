@@ -4,6 +4,7 @@
 import importlib.util
 import itertools
 import math
+import random
 import statistics
 import sys
 from contextlib import ExitStack
@@ -47,6 +48,10 @@ class VirtualLine:
         self.crank_rad_per_s = 2 * math.pi * CRANK_REVOLUTIONS_PER_S
         self.carriage_rad_per_s = 2 * math.pi * CARRIAGE_REVOLUTIONS_PER_S
         self.scans = []
+        self.stall_ns = 0
+        self.stalls = 0
+        self.next_stall_ns = lambda: 0
+        self._stall_at_ns = 0
         self._fed_ns = 0
 
     def monotonic_ns(self) -> int:
@@ -58,11 +63,19 @@ class VirtualLine:
     def read(self, timeout_s: float) -> bytes:
         end_ns = self.board.now_ns + round(1e9 * timeout_s)
         while True:
+            if self.stall_ns and self.board.now_ns >= self._stall_at_ns:
+                self._run(self.board.now_ns + self.stall_ns)
+                self._stall_at_ns = self.next_stall_ns()
+                self.stalls += 1
             data = self.board.read()
             if data or self.board.now_ns >= end_ns:
                 return data
+            self._run(min(end_ns, self.board.now_ns + QUANTUM_NS))
+
+    def _run(self, until_ns: int) -> None:
+        while self.board.now_ns < until_ns:
             self._feed()
-            self.board.run_until(min(end_ns, self.board.now_ns + QUANTUM_NS))
+            self.board.run_until(min(until_ns, self.board.now_ns + MS))
 
     def read_for(self, duration_ns: int) -> bytes:
         """All that comes within this time."""
@@ -171,13 +184,13 @@ def test_stamps_are_the_sampling_instants(ten_seconds):
     """All stamps of ten seconds, the first included, against the evenly turning shaft.
 
     What biases the map, by half of what the answer is held up more than the request: the emulated
-    UART's 11 bit times a byte (34 us), the coding of the answer after its stamp was taken (some
-    200 us: 100 us), reading in steps of 50 us (12 us). Half a step of the encoder (24 us) stands
-    on both sides, and interrupts are served within some 20 us. What varies comes from the first
-    second: jitter of 20 us over the 0.45 s of the first rounds, drawn out to a second, is 50 us.
+    UART's 11 bit times a byte (32 us), reading in steps of 50 us (12 us). Half a step of the
+    encoder (24 us) stands on both sides, and interrupts are served within some 20 us. What varies
+    comes from the first second: jitter of 20 us over the 0.45 s of the first rounds, drawn out to
+    a second, is 50 us.
     """
     least, greatest = ten_seconds.clock_errors_s()
-    assert -50e-6 < least <= greatest < 250e-6
+    assert -75e-6 < least <= greatest < 125e-6
     assert greatest - least < 2 * 24.4e-6 + 2 * 50e-6
     assert ten_seconds.driver.clock.rate_ppm == pytest.approx(ten_seconds.ppm, abs=10.0)
     assert ten_seconds.driver.clock.residual_s < 50e-6
@@ -495,3 +508,28 @@ def test_200_scans_a_second_with_both_encoders_at_20_000_edges_a_second(
             elapsed_s = (scan.ticks - first.ticks) / 2e6
             assert scan.crank - first.crank == pytest.approx(rates[0] * elapsed_s, abs=2)
             assert scan.carriage - first.carriage == pytest.approx(rates[1] * elapsed_s, abs=2)
+
+
+def test_stamps_through_drift_and_stalls(vboard, protocol):
+    """95 % within 0.2 ms of the truth: the board's clock 5000 ppm fast and drifting by 50 ppm a
+    minute (in steps of half a second, 0.4 ppm each); the host held up for 20 ms at random, twice a
+    second. The truth is the evenly turning shaft, to half a step (24 us)."""
+    source = random.Random(3)
+    with vboard.VirtualBoard(ELF, clock_ppm=5000.0, seed=12) as board:
+        rig = Rig(vboard, board, protocol)
+        rig.line.stall_ns = 20 * MS
+        rig.line.next_stall_ns = lambda: board.now_ns + round(source.expovariate(2.0) * SECOND)
+        for step in range(120):
+            board.set_clock_ppm(5000.0 + 50.0 * step / 120)
+            rig.driver.poll(0.5)
+        rig.driver.stop()
+        assert rig.driver.statistics.scans_lost == 0
+        assert rig.line.stalls > 80
+        rate = COUNTS * CARRIAGE_REVOLUTIONS_PER_S
+        errors = [
+            abs(scan.stamp_ns / SECOND - REST_S - (scan.carriage + 0.5) / rate)
+            for scan in rig.scans
+        ]
+        assert len(errors) > 6000
+        assert sorted(errors)[round(0.95 * len(errors))] < 0.2e-3
+        assert max(errors) < 0.5e-3
