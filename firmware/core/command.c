@@ -162,7 +162,7 @@ static const struct command commands[] = {
 static uint8_t carry_out(struct board *board, const uint8_t *payload, uint8_t length, uint8_t *data,
                          uint8_t *size)
 {
-    for (uint8_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
         const struct command *command = &commands[i];
         if (command->type != payload[0])
             continue;

@@ -22,7 +22,7 @@ static uint16_t checksum(const uint8_t bytes[SLOT_SIZE])
 
 static bool is_empty(const uint8_t bytes[SLOT_SIZE])
 {
-    for (uint8_t i = 0; i < SLOT_SIZE; i++) {
+    for (size_t i = 0; i < SLOT_SIZE; i++) {
         if (bytes[i] != 0xFF)
             return false;
     }

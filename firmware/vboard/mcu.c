@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mcu.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <simavr/avr_timer.h>
@@ -110,7 +111,7 @@ static void after_reset(avr_io_t *hook)
     avr->data[mcusr] = self->reset_flags;
     avr->run_cycle_limit = RUN_CYCLE_LIMIT;
     // Level-triggered interrupts of a low pin would be polled on every cycle from the start.
-    for (uint8_t i = 0; i < EXTINT_COUNT; i++)
+    for (int i = 0; i < EXTINT_COUNT; i++)
         avr_extint_set_strict_lvl_trig(avr, i, 0);
     self->on_reset(self->context);
 }
@@ -297,6 +298,7 @@ bool mcu_run_until(mcu *self, uint64_t cycle)
 mcu_pin mcu_input_pin(const mcu *self, char port, uint8_t bit)
 {
     mcu_pin pin = {mcu_port(self, port), bit};
+    assert(pin.port); // the ATmega2560 has all that are asked for
     pin.port->external.pull_mask |= (uint8_t)(1u << bit);
     return pin;
 }

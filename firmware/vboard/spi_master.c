@@ -10,7 +10,7 @@ enum {
     SPSR_WCOL = 1 << 6,
 };
 
-static const double DEVICE_MAXIMUM_HZ = 5e6;
+static const uint32_t DEVICE_MAXIMUM_HZ = 5000000;
 
 static unsigned clock_divider(const avr_t *avr, const avr_spi_t *spi)
 {
@@ -24,7 +24,7 @@ static bool device_understands(const avr_t *avr, const avr_spi_t *spi)
 {
     uint8_t control = avr->data[spi->r_spcr];
     return (control & SPCR_MODE_MASK) == SPCR_MODE_3 && !(control & SPCR_DORD) &&
-           avr->frequency / clock_divider(avr, spi) <= DEVICE_MAXIMUM_HZ;
+           avr->frequency <= DEVICE_MAXIMUM_HZ * clock_divider(avr, spi);
 }
 
 static avr_cycle_count_t byte_done(avr_t *avr, avr_cycle_count_t when, void *param)
@@ -57,7 +57,7 @@ static void write_data(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
         return;
     self->mosi = value;
     self->busy = true;
-    avr_cycle_timer_register(avr, 8 * clock_divider(avr, spi), byte_done, self);
+    avr_cycle_timer_register(avr, (avr_cycle_count_t)8 * clock_divider(avr, spi), byte_done, self);
 }
 
 void spi_master_open(spi_master *self, const mcu *mcu, uint8_t (*exchange)(void *, uint8_t), void *device)

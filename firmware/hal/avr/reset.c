@@ -28,7 +28,7 @@ static uint32_t reset_mark NOINIT; // COMMANDED: the reset that follows was aske
 
 #define COMMANDED UINT32_C(0x72657365)
 
-extern uint8_t _end; // first byte behind the variables, from the linker
+extern uint8_t _end; // NOLINT: the linker's name of the first byte behind the variables
 
 // Runs before variables are initialised. The watchdog stays on over its own reset, with its
 // shortest period, until WDRF is cleared.

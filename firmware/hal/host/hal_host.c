@@ -57,7 +57,7 @@ uint64_t hal_time(void)
 
 void hal_delay_ms(uint8_t milliseconds)
 {
-    hal_host_advance(milliseconds * (BOARD_TICK_HZ / 1000));
+    hal_host_advance((uint64_t)milliseconds * (BOARD_TICK_HZ / 1000));
 }
 
 uint8_t hal_lock(void)
@@ -93,7 +93,7 @@ void hal_adc_exchange(uint8_t *bytes, uint8_t count)
     // The device sees the transaction at the end of its command byte.
     hal_host_advance(TICKS_AN_ADC_BYTE);
     hal_host.adc.exchange(hal_host.adc.device, bytes, count);
-    hal_host_advance((count - 1u) * TICKS_AN_ADC_BYTE);
+    hal_host_advance((uint64_t)(count - 1u) * TICKS_AN_ADC_BYTE);
 }
 
 bool hal_adc_ready(void)
@@ -151,7 +151,7 @@ void hal_serial_write(const uint8_t *bytes, uint8_t count)
     assert(hal_host.sent_length + count <= sizeof hal_host.sent);
     memcpy(hal_host.sent + hal_host.sent_length, bytes, count);
     hal_host.sent_length += count;
-    hal_host_advance(count * TICKS_A_SERIAL_BYTE);
+    hal_host_advance((uint64_t)count * TICKS_A_SERIAL_BYTE);
 }
 
 uint16_t hal_crc16_ccitt(uint16_t crc, const uint8_t *bytes, uint8_t count)
