@@ -136,6 +136,10 @@ class SwingingBench:
             self._feed()
             self._board.run_until(min(end_ns, self._board.now_ns + _QUANTUM_NS))
 
+    def reopen(self, timeout_s: float) -> None:
+        """Never: this line does not go."""
+        raise OSError("the virtual board's line is lost; this bench cannot open it anew")
+
     def counts(self, axis: int, at_s: float) -> float:
         """Where a shaft is, in counts from where it began."""
         return swing(axis, min(max(at_s - 1.0, 0.0), self._moving_s))
