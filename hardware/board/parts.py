@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The kinds of part on the board: pins, maker, order number.
+
+Pin numbers and order numbers are from memory of the makers' documents: hold them against these
+before a layout or an order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of part.
+
+    pins: (number, name, type); types are `in`, `out`, `tri` (an output that can let go), `power`
+    (takes a supply), `supply` (gives one), `passive` and `free` (may stay open).
+    """
+
+    name: str
+    maker: str
+    order_number: str
+    description: str
+    pins: tuple[tuple[str, str, str], ...]
+
+
+def _resistor(value: str, order_number: str, tolerance: str, size: str = "0603") -> Kind:
+    maker = "Susumu" if order_number.startswith("RG") else "Yageo"
+    return Kind(value, maker, order_number, f"resistor {size}, {tolerance}", _TWO)
+
+
+def _capacitor(value: str, maker: str, order_number: str, description: str) -> Kind:
+    return Kind(value, maker, order_number, f"capacitor, {description}", _TWO)
+
+
+def _terminals(poles: int, order_number: str) -> Kind:
+    pins = tuple((str(n), str(n), "passive") for n in range(1, poles + 1))
+    name, description = f"MC 1,5/{poles}-G-3,81", f"header for plug-in terminals, {poles} poles"
+    return Kind(name, "Phoenix Contact", order_number, description, pins)
+
+
+_TWO = (("1", "1", "passive"), ("2", "2", "passive"))
+
+RESISTORS = {
+    kind.name: kind
+    for kind in (
+        _resistor("1.27k", "RG1608P-1271-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("3k", "RG1608P-302-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("10k", "RG1608P-103-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("12k", "RG1608P-123-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("13.7k", "RG1608P-1372-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("30k", "RG1608P-303-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("69.8k", "RG1608P-6982-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("97.6k", "RG1608P-9762-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("220", "RC0603FR-07220RL", "1 %"),
+        _resistor("499", "RC0603FR-07499RL", "1 %"),
+        _resistor("1k", "RC0603FR-071KL", "1 %"),
+        _resistor("1.5k", "RC0603FR-071K5L", "1 %"),
+        _resistor("2.2k", "RC0603FR-072K2L", "1 %"),
+        _resistor("3.9k", "RC0603FR-073K9L", "1 %"),
+        _resistor("100k", "RC0603FR-07100KL", "1 %"),
+        _resistor("10meg", "RC0603FR-0710ML", "1 %"),
+        _resistor("27", "RC2512FK-0727RL", "1 %, 1 W", size="2512"),
+    )
+}
+
+CAPACITORS = {
+    kind.name: kind
+    for kind in (
+        _capacitor("1n", "Murata", "GRM1885C1H102JA01D", "C0G 0603, 5 %, 50 V"),
+        _capacitor("2.2n", "Murata", "GRM1885C1H222JA01D", "C0G 0603, 5 %, 50 V"),
+        _capacitor("10n", "Murata", "GRM1885C1H103JA01D", "C0G 0603, 5 %, 50 V"),
+        _capacitor("100n C0G", "Murata", "GRM31C5C1H104JA01L", "C0G 1206, 5 %, 50 V"),
+        _capacitor("100n", "Murata", "GRM188R71H104KA93D", "X7R 0603, 10 %, 50 V"),
+        _capacitor("1u film", "WIMA", "MKS2C041001F00JSSD", "polyester film, 5 %, 63 V"),
+        _capacitor("10u", "Murata", "GRM31CR61E106KA12L", "X5R 1206, 10 %, 25 V"),
+        _capacitor("10u tantalum", "Kemet", "T491B106K025AT", "tantalum B, 10 %, 25 V"),
+        _capacitor("100u", "Panasonic", "EEE-FK1V101P", "electrolytic, 20 %, 35 V"),
+    )
+}
+
+AD7124 = Kind(
+    "AD7124-8",
+    "Analog Devices",
+    "AD7124-8BCPZ",
+    "24-bit sigma-delta ADC, LFCSP-32",
+    (
+        ("1", "REGCAPD", "passive"),
+        ("2", "IOVDD", "power"),
+        ("3", "DGND", "power"),
+        *((str(4 + n), f"AIN{n}", "in") for n in range(8)),
+        ("12", "REFIN1+", "in"),
+        ("13", "REFIN1-", "in"),
+        *((str(14 + n), f"AIN{8 + n}", "in") for n in range(8)),
+        ("22", "REFOUT", "passive"),
+        ("23", "AVSS", "power"),
+        ("24", "REGCAPA", "passive"),
+        ("25", "PSW", "free"),
+        ("26", "AVDD", "power"),
+        ("27", "SYNC", "in"),
+        ("28", "DOUT", "tri"),
+        ("29", "DIN", "in"),
+        ("30", "SCLK", "in"),
+        ("31", "CLK", "free"),
+        ("32", "CS", "in"),
+        ("33", "EP", "power"),
+    ),
+)
+INA128 = Kind(
+    "INA128",
+    "Texas Instruments",
+    "INA128U",
+    "instrumentation amplifier, SOIC-8",
+    (
+        ("1", "RG1", "passive"),
+        ("2", "IN-", "in"),
+        ("3", "IN+", "in"),
+        ("4", "V-", "power"),
+        ("5", "REF", "in"),
+        ("6", "OUT", "out"),
+        ("7", "V+", "power"),
+        ("8", "RG2", "passive"),
+    ),
+)
+OPA333 = Kind(
+    "OPA333",
+    "Texas Instruments",
+    "OPA333AIDBVR",
+    "operational amplifier, 10 µV, SOT-23-5",
+    (
+        ("1", "OUT", "out"),
+        ("2", "V-", "power"),
+        ("3", "IN+", "in"),
+        ("4", "IN-", "in"),
+        ("5", "V+", "power"),
+    ),
+)
+
+
+def _lp2951(name: str, order_number: str, description: str, tap: tuple[str, str]) -> Kind:
+    sense, output = tap  # of SENSE and TAP, which only the fixed voltage uses
+    pins = (
+        ("1", "OUT", "supply"),
+        ("2", "SENSE", sense),
+        ("3", "SHUTDOWN", "in"),
+        ("4", "GND", "power"),
+        ("5", "ERROR", "free"),
+        ("6", "TAP", output),
+        ("7", "FB", "in"),
+        ("8", "IN", "power"),
+    )
+    return Kind(name, "Texas Instruments", order_number, description, pins)
+
+
+LP2951 = _lp2951(
+    "LP2951", "LP2951ACM/NOPB", "adjustable regulator, 100 mA, SOIC-8", ("free", "free")
+)
+LP2951_33 = _lp2951(
+    "LP2951-3.3", "LP2951ACM-3.3/NOPB", "3.3 V regulator, 100 mA, SOIC-8", ("in", "out")
+)
+R78E5 = Kind(
+    "R-78E5.0-0.5",
+    "RECOM",
+    "R-78E5.0-0.5",
+    "5 V switching regulator, 500 mA",
+    (("1", "IN", "power"), ("2", "GND", "power"), ("3", "OUT", "supply")),
+)
+LVC244 = Kind(
+    "74LVC244A",
+    "Texas Instruments",
+    "SN74LVC244APWR",
+    "eight buffers, inputs stand 5 V at any supply, TSSOP-20",
+    (
+        ("1", "1OE", "in"),
+        *zip(("2", "4", "6", "8"), ("1A1", "1A2", "1A3", "1A4"), ("in",) * 4, strict=True),
+        *zip(("18", "16", "14", "12"), ("1Y1", "1Y2", "1Y3", "1Y4"), ("out",) * 4, strict=True),
+        ("19", "2OE", "in"),
+        *zip(("11", "13", "15", "17"), ("2A1", "2A2", "2A3", "2A4"), ("in",) * 4, strict=True),
+        ("9", "2Y1", "out"),
+        *zip(("7", "5", "3"), ("2Y2", "2Y3", "2Y4"), ("free",) * 3, strict=True),
+        ("10", "GND", "power"),
+        ("20", "VCC", "power"),
+    ),
+)
+AHCT125 = Kind(
+    "74AHCT1G125",
+    "Texas Instruments",
+    "SN74AHCT1G125DBVR",
+    "buffer with TTL thresholds, SOT-23-5",
+    (
+        ("1", "OE", "in"),
+        ("2", "A", "in"),
+        ("3", "GND", "power"),
+        ("4", "Y", "out"),
+        ("5", "VCC", "power"),
+    ),
+)
+# Arduino's pin is the number, the ATmega2560's the name.
+MEGA_PINS = {
+    "0": "PE0",
+    "1": "PE1",
+    "2": "PE4",
+    "13": "PB7",
+    "18": "PD3",
+    "19": "PD2",
+    "20": "PD1",
+    "21": "PD0",
+    "48": "PL1",
+    "49": "PL0",
+    "50": "PB3",
+    "51": "PB2",
+    "52": "PB1",
+    "53": "PB0",
+}
+_MEGA_OUTPUTS = ("48", "49", "51", "52", "53")
+_MEGA_FREE = ("0", "1", "13")  # wired on the Mega itself: USB bridge and LED
+MEGA = Kind(
+    "Arduino Mega 2560",
+    "Arduino",
+    "A000067",
+    "microcontroller board, ATmega2560, host over USB",
+    (
+        ("VIN", "VIN", "power"),
+        ("GND", "GND", "power"),
+        ("5V", "5V", "supply"),
+        *(
+            (n, port, "free" if n in _MEGA_FREE else "out" if n in _MEGA_OUTPUTS else "in")
+            for n, port in MEGA_PINS.items()
+        ),
+    ),
+)
+PFET = Kind(
+    "IRLML9301",
+    "Infineon",
+    "IRLML9301TRPBF",
+    "p-channel FET, 30 V, 64 mΩ, SOT-23",
+    (("1", "G", "passive"), ("2", "S", "passive"), ("3", "D", "passive")),
+)
+ZENER = Kind(
+    "BZX84-C12",
+    "Nexperia",
+    "BZX84-C12,215",
+    "zener diode 12 V, SOT-23",
+    (("1", "A", "passive"), ("3", "K", "passive")),
+)
+TVS = Kind(
+    "SMBJ14A",
+    "Littelfuse",
+    "SMBJ14A",
+    "surge suppressor, 14 V stand-off",
+    (("1", "K", "passive"), ("2", "A", "passive")),
+)
+FUSE = Kind(
+    "MF-MSMF075/24",
+    "Bourns",
+    "MF-MSMF075/24-2",
+    "resettable fuse, 0.75 A, 24 V",
+    _TWO,
+)
+LED = Kind(
+    "green LED",
+    "Kingbright",
+    "APT1608SGC",
+    "LED 0603, green",
+    (("1", "K", "passive"), ("2", "A", "passive")),
+)
+POWER_INLET = Kind(
+    "MSTBA 2,5/2-G-5,08",
+    "Phoenix Contact",
+    "1757242",
+    "header for plug-in terminals, 2 poles",
+    (("1", "1", "supply"), ("2", "2", "supply")),
+)
+TERMINALS = {4: _terminals(4, "1803293"), 6: _terminals(6, "1803316")}
