@@ -22,9 +22,7 @@ setup(
     entry_points={
         "console_scripts": [
             "adc_board = towtank_daq.adc_board_node:main",
-            "pressure = towtank_daq.pressure_node:main",
-            "inclinometer = towtank_daq.inclinometer_node:main",
-            "encoder = towtank_daq.encoder_node:main",
+            "sensors = towtank_daq.sensors:main",
         ],
     },
 )

@@ -26,7 +26,7 @@ from launch.event_handlers import OnProcessIO
 from launch.events.process import ProcessExited, ProcessIO
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
-from towtank_bringup.graph import Graph, Program, RosNode
+from towtank_bringup.graph import Graph, Item, NodeGroup, Program
 from towtank_bringup.plan import plan_trial
 from towtank_bringup.processes import STOP_TIMEOUT_S
 from towtank_bringup.trial_directory import TrialDirectoryError
@@ -64,11 +64,15 @@ def conducted(event: ProcessExited, context: LaunchContext) -> Shutdown | None:
     return Shutdown(reason="the trial is done")
 
 
-def action_of(item: RosNode | Program) -> ExecuteProcess:
+def action_of(item: Item) -> ExecuteProcess:
     """The launch action that starts an item of the graph."""
     ending = {"on_exit": ended, "sigterm_timeout": str(STOP_TIMEOUT_S)}
     if isinstance(item, Program):
         return ExecuteProcess(cmd=list(item.command), name=item.name, **ending)
+    if isinstance(item, NodeGroup):
+        return Node(
+            package=item.package, executable=item.executable, parameters=[item.parameters], **ending
+        )
     kind = LifecycleNode if item.lifecycle else Node
     return kind(
         package=item.package,
@@ -86,7 +90,7 @@ def in_order(graph: Graph) -> list:
         return []
     item, *others = graph
     action, following = action_of(item), in_order(others)
-    if isinstance(item, RosNode):
+    if not isinstance(item, Program):
         return [action, *following]
 
     def on_stdout(event: ProcessIO) -> list:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from ament_index_python.packages import get_package_share_directory
-from towtank_bringup.graph import FIRMWARE_IMAGE, VIRTUAL_BOARD, Program, RosNode
+from towtank_bringup.graph import FIRMWARE_IMAGE, VIRTUAL_BOARD, NodeGroup, Program, RosNode
 from towtank_bringup.plan import PlanError, plan_trial
 from towtank_bringup.processes import command_of
 
@@ -33,10 +33,13 @@ def planned_graph(tmp_path, **wishes):
 
 def test_names_are_unique_and_executables_installed(firmware, tmp_path):
     graph = planned_graph(tmp_path)
-    names = [item.full_name for item in graph]
-    assert len(names) == len(set(names))
+    for names in (
+        [item.full_name for item in graph],
+        [name for item in graph for name in item.node_names],
+    ):
+        assert len(names) == len(set(names))
     for item in graph:
-        if isinstance(item, RosNode):
+        if not isinstance(item, Program):
             assert os.access(command_of(item)[0], os.X_OK), item.full_name
 
 
@@ -59,6 +62,11 @@ def test_parameters_are_passed_as_yaml(firmware, tmp_path):
     assert 'rig:="/a b/r.yaml"' in command
     assert "n:=3" in command
     assert "__ns:=/twin" in command
+
+
+def test_nodes_of_one_process_name_themselves():
+    command = command_of(NodeGroup("towtank_daq", "sensors", ("/a/b", "/c"), {"rig": "r"}))
+    assert command[1:] == ["--ros-args", "-p", 'rig:="r"']
 
 
 def test_missing_port_is_named(firmware, tmp_path):
@@ -137,8 +145,14 @@ def test_launch_file_starts_exactly_the_graph_and_the_conductor(launched, tmp_pa
             assert type(action).__name__ == "ExecuteProcess"
             assert action.keywords["cmd"][0] == item.command[0]
         else:
-            assert type(action).__name__ == ("LifecycleNode" if item.lifecycle else "Node")
-            assert action.keywords["namespace"] == item.namespace
+            assert type(action).__name__ == (
+                "LifecycleNode" if getattr(item, "lifecycle", False) else "Node"
+            )
+            if isinstance(item, RosNode):
+                assert action.keywords["namespace"] == item.namespace
+                assert action.keywords["name"] == item.name
+            else:
+                assert not {"namespace", "name"} & set(action.keywords)
             assert action.keywords["executable"] == item.executable
             assert list(action.keywords["parameters"][0]) == list(item.parameters)
     assert conductor.keywords["executable"] == "conduct"

@@ -51,7 +51,8 @@ class Conductor(Node):
         context: rclpy.Context | None = None,
     ) -> None:
         super().__init__("conductor", context=context)
-        self._graph = [item for item in graph if isinstance(item, RosNode)]
+        self._node_names = [name for item in graph for name in item.node_names]
+        self._lifecycle = [item for item in graph if isinstance(item, RosNode) and item.lifecycle]
         self._watch = watch
         self.say = say
         self._statuses: dict[str, DiagnosticStatus] = {}
@@ -79,13 +80,13 @@ class Conductor(Node):
             if status.level >= DiagnosticStatus.ERROR:
                 raise TrialError(f"{name}: {status.message}")
 
-    def overruns(self) -> dict[str, int]:
-        """Overruns that each node has reported so far."""
+    def reported(self, key: str) -> dict[str, int]:
+        """Return the last count of that name by node, of those that report it."""
         return {
             name: int(pair.value)
             for name, status in sorted(self._statuses.items())
             for pair in status.values
-            if pair.key == "overruns"
+            if pair.key == key
         }
 
     # ------------------------------------------------------------------------------ waiting
@@ -160,10 +161,9 @@ class Conductor(Node):
 
     def bring_up(self) -> None:
         """Activate the lifecycle nodes in the graph's order and wait until every node is ready."""
-        for node in self._graph:
-            if node.lifecycle:
-                self._transition(node, Transition.TRANSITION_CONFIGURE, "configured")
-                self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
+        for node in self._lifecycle:
+            self._transition(node, Transition.TRANSITION_CONFIGURE, "configured")
+            self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
         self.wait_until(
             lambda: not self._not_ready(), SERVICE_TIMEOUT_S, "all nodes to report ready"
         )
@@ -175,14 +175,13 @@ class Conductor(Node):
                 (pair.key, pair.value) == ("state", "ready") for pair in status.values
             )
 
-        return [node.full_name for node in self._graph if not ready(node.full_name)]
+        return [name for name in self._node_names if not ready(name)]
 
     def shut_down(self) -> None:
         """Deactivate and clean up the lifecycle nodes, the last activated first."""
-        for node in reversed(self._graph):
-            if node.lifecycle:
-                self._transition(node, Transition.TRANSITION_DEACTIVATE, "deactivated")
-                self._transition(node, Transition.TRANSITION_CLEANUP, "cleaned up")
+        for node in reversed(self._lifecycle):
+            self._transition(node, Transition.TRANSITION_DEACTIVATE, "deactivated")
+            self._transition(node, Transition.TRANSITION_CLEANUP, "cleaned up")
 
     def zero(self, node_name: str) -> str:
         """Zero a pressure sensor at rest. Returns what the node says of it."""

@@ -95,7 +95,7 @@ def run_course(
     conductor.say("stopping the carriage and the crank")
     drive.stop(conductor, course)
     conductor.mark(
-        TrialEvent.RESOURCES, cpu_cores=round(cpu_cores, 3), overruns=conductor.overruns()
+        TrialEvent.RESOURCES, cpu_cores=round(cpu_cores, 3), overruns=conductor.reported("overruns")
     )
     conductor.mark(TrialEvent.STOPPED)
     conductor.spin_for(0.5)  # the recorder takes the last events in

@@ -35,6 +35,27 @@ class RosNode:
         """Fully qualified node name, as diagnostics and services carry it."""
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
+    @property
+    def node_names(self) -> tuple[str, ...]:
+        return (self.full_name,)
+
+
+@dataclass(frozen=True)
+class NodeGroup:
+    """Several nodes in one process, which name themselves; none of them is a lifecycle node.
+
+    node_names: fully qualified; parameters: of all of them.
+    """
+
+    package: str
+    executable: str
+    node_names: tuple[str, ...]
+    parameters: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def full_name(self) -> str:
+        return self.executable
+
 
 @dataclass(frozen=True)
 class Program:
@@ -43,13 +64,17 @@ class Program:
     name: str
     command: tuple[str, ...]
     ready_line: str
+    node_names: tuple[str, ...] = ()
 
     @property
     def full_name(self) -> str:
         return self.name
 
 
-Graph = tuple[RosNode | Program, ...]
+Item = RosNode | NodeGroup | Program
+"""What a graph consists of: a process."""
+
+Graph = tuple[Item, ...]
 """In the order of starting; stopped the other way round."""
 
 
@@ -101,24 +126,21 @@ class VirtualTankSettings:
 def measurement(settings: TrialSettings) -> Graph:
     """Acquisition, twin, comparison and recorder: the same with a real and a virtual tank."""
     rig = {"rig": str(settings.rig)}
-
-    def pressure(place: str) -> RosNode:
-        return RosNode(
-            "towtank_daq",
-            "pressure",
-            f"/measured/{place}",
-            "pressure_sensor",
-            {**rig, "sensor": f"{place}_pressure"},
-        )
-
     return (
         RosNode(
             "towtank_bag", "recorder", "/", "recorder", {**rig, "uri": str(settings.bag)}, True
         ),
-        pressure("fish"),
-        pressure("depressor"),
-        RosNode("towtank_daq", "inclinometer", "/measured/fish", "inclinometer", rig),
-        RosNode("towtank_daq", "encoder", "/measured", "encoder", rig),
+        NodeGroup(
+            "towtank_daq",
+            "sensors",
+            (
+                "/measured/fish/pressure_sensor",
+                "/measured/depressor/pressure_sensor",
+                "/measured/fish/inclinometer",
+                "/measured/encoder",
+            ),
+            rig,
+        ),
         RosNode(
             "towtank_sim",
             "twin",

@@ -16,7 +16,7 @@ from typing import IO
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
-from towtank_bringup.graph import Graph, Program, RosNode
+from towtank_bringup.graph import Graph, Item, Program, RosNode
 
 STOP_TIMEOUT_S = 10.0
 _PR_SET_PDEATHSIG = 1
@@ -26,7 +26,7 @@ class ProcessError(RuntimeError):
     """A process of the graph could not start, or ended before its time."""
 
 
-def command_of(item: RosNode | Program) -> list[str]:
+def command_of(item: Item) -> list[str]:
     """The command line that starts an item of the graph."""
     if isinstance(item, Program):
         return list(item.command)
@@ -37,7 +37,8 @@ def command_of(item: RosNode | Program) -> list[str]:
             f"package {item.package} is not in the environment: build the workspace and source it"
         ) from error
     command = [str(prefix / "lib" / item.package / item.executable), "--ros-args"]
-    command += ["-r", f"__ns:={item.namespace}", "-r", f"__node:={item.name}"]
+    if isinstance(item, RosNode):
+        command += ["-r", f"__ns:={item.namespace}", "-r", f"__node:={item.name}"]
     for name, value in item.parameters.items():
         command += ["-p", f"{name}:={json.dumps(value)}"]  # JSON is the YAML that rcl reads
     return command
@@ -52,7 +53,7 @@ def _die_with_parent() -> None:
 class Process:
     """A running item of the graph, with its output in a log file."""
 
-    item: RosNode | Program
+    item: Item
     popen: subprocess.Popen[bytes]
     log: Path
 
@@ -86,7 +87,7 @@ class ProcessGroup:
             if isinstance(item, Program):
                 self._wait_for_line(process, item.ready_line, watch)
 
-    def _spawn(self, item: RosNode | Program, output: IO[bytes]) -> subprocess.Popen[bytes]:
+    def _spawn(self, item: Item, output: IO[bytes]) -> subprocess.Popen[bytes]:
         command = command_of(item)
         try:
             return subprocess.Popen(
@@ -117,6 +118,10 @@ class ProcessGroup:
             watch()
             time.sleep(0.02)
         raise ProcessError(f"{process.item.full_name} is not up after {timeout_s:.0f} s")
+
+    def pids(self) -> dict[str, int]:
+        """Process identifiers by name."""
+        return {process.item.full_name: process.popen.pid for process in self._processes}
 
     def check(self) -> None:
         """Raise ProcessError if any process has ended."""

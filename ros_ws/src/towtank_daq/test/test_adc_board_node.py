@@ -355,14 +355,14 @@ def test_interrupt_in_the_run_leaves_an_idle_board(virtual_board, tmp_path, prot
     assert driver.statistics.scans_received == 0
 
 
-def run(node: str, *parameters: str) -> subprocess.CompletedProcess:
+def run(module: str, *parameters: str) -> subprocess.CompletedProcess:
     """Start a node's process that should end by itself."""
     given = itertools.chain.from_iterable(("-p", parameter) for parameter in parameters)
     return subprocess.run(
         [
             sys.executable,
             "-c",
-            f"from towtank_daq.{node}_node import main; main()",
+            f"from towtank_daq.{module} import main; main()",
             "--ros-args",
             *given,
         ],
@@ -374,19 +374,18 @@ def run(node: str, *parameters: str) -> subprocess.CompletedProcess:
 
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize(
-    ("node", "parameters", "words"),
+    ("module", "parameters", "words"),
     [
-        ("adc_board", [f"rig:={RIG}"], "parameter 'port' is missing"),
-        ("adc_board", [f"rig:={RIG}", "port:=/dev/null", "rate_hz:=500"], "rate_hz"),
-        ("adc_board", ["rig:=/nowhere.yaml", "port:=/dev/null"], "/nowhere.yaml: no such file"),
-        ("pressure", [f"rig:={RIG}", "sensor:=thermometer"], "give one of fish_pressure"),
-        ("pressure", [f"rig:={RIG}", "sensor:=fish_pressure", "zero_scans:=1"], "zero_scans"),
-        ("inclinometer", [], "parameter 'rig' is missing"),
-        ("encoder", [f"rig:={RIG}", "velocity_window_s:=0.001"], "velocity_window_s"),
+        ("adc_board_node", [f"rig:={RIG}"], "parameter 'port' is missing"),
+        ("adc_board_node", [f"rig:={RIG}", "port:=/dev/null", "rate_hz:=500"], "rate_hz"),
+        ("adc_board_node", ["rig:=/nowhere.yaml", "port:=/dev/null"], "/nowhere.yaml: no such"),
+        ("sensors", [], "parameter 'rig' is missing"),
+        ("sensors", [f"rig:={RIG}", "zero_scans:=1"], "zero_scans"),
+        ("sensors", [f"rig:={RIG}", "velocity_window_s:=0.001"], "velocity_window_s"),
     ],
 )
-def test_bad_parameters_end_the_process(node, parameters, words):
-    ended = run(node, *parameters)
+def test_bad_parameters_end_the_process(module, parameters, words):
+    ended = run(module, *parameters)
     assert ended.returncode == 1
     assert ended.stderr.count("\n") == 1
     assert ended.stderr.startswith("error: ")
@@ -402,6 +401,6 @@ def test_rig_wired_otherwise_is_refused(tmp_path):
     changed.write_text(
         text.replace(old, "[depressor_pressure, fish_pressure, accel_x,"), encoding="utf-8"
     )
-    ended = run("adc_board", f"rig:={changed}", "port:=/dev/null")
+    ended = run("adc_board_node", f"rig:={changed}", "port:=/dev/null")
     assert ended.returncode == 1
     assert "board.channels: the rig has depressor_pressure, fish_pressure" in ended.stderr

@@ -11,9 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import FluidPressure, Imu, JointState
 from std_srvs.srv import Trigger
-from towtank_daq.encoder_node import EncoderNode
-from towtank_daq.inclinometer_node import InclinometerNode
-from towtank_daq.pressure_node import PressureNode
+from towtank_daq.sensors import make_sensors
 from towtank_interfaces.msg import AdcScan, Depth, Inclination, SensorHealth
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 
@@ -22,22 +20,36 @@ START_S = 1_000_000
 ZERO_SCANS = 10
 
 
-class Bench:
-    """A node under test, and one that sends it scans and hears what it says."""
+FISH = "/measured/fish/pressure_sensor"
+DEPRESSOR = "/measured/depressor/pressure_sensor"
+INCLINOMETER = "/measured/fish/inclinometer"
+ENCODER = "/measured/encoder"
 
-    def __init__(self, make_node, **parameters) -> None:
+
+class Bench:
+    """The sensors' nodes, one of them under test, and one that sends scans and hears answers."""
+
+    def __init__(self, name: str, **parameters) -> None:
         given = {"rig": RIG, **parameters}
         arguments = itertools.chain.from_iterable(("-p", f"{k}:={v}") for k, v in given.items())
         rclpy.init(args=["--ros-args", *arguments])
-        self.node = make_node()
+        self.sensors = make_sensors()
+        self.node = next(n for n in self.sensors if n.get_fully_qualified_name() == name)
         self.peer = rclpy.create_node("peer")
         self.heard: dict[str, list] = {}
         self.executor = SingleThreadedExecutor()
-        self.executor.add_node(self.node)
-        self.executor.add_node(self.peer)
+        for node in (*self.sensors, self.peer):
+            self.executor.add_node(node)
         self.publisher = self.peer.create_publisher(AdcScan, "/measured/adc_scan", SENSOR_QOS)
         self.sequence = -1
-        self.hear(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+        self.statuses: list[DiagnosticStatus] = []
+        self.peer.create_subscription(
+            DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS
+        )
+
+    def _on_status(self, array: DiagnosticArray) -> None:
+        name = self.node.get_fully_qualified_name()
+        self.statuses += [status for status in array.status if status.name == name]
 
     def hear(self, kind, topic, qos=SENSOR_QOS) -> list:
         self.heard[topic] = []
@@ -46,11 +58,10 @@ class Bench:
 
     def connected(self) -> None:
         """Spin until all have found each other."""
-        topics = [topic for topic in self.heard if topic != "/diagnostics"]
         while not (
             self.publisher.get_subscription_count() == 1
-            and all(self.peer.count_publishers(topic) for topic in topics)
-            and self.heard["/diagnostics"]
+            and all(self.peer.count_publishers(topic) for topic in self.heard)
+            and self.statuses
         ):
             self.executor.spin_once(timeout_sec=0.05)
 
@@ -86,11 +97,11 @@ class Bench:
 
     def values(self) -> dict[str, str]:
         """What the node's last status says."""
-        return {pair.key: pair.value for pair in self.heard["/diagnostics"][-1].status[0].values}
+        return {pair.key: pair.value for pair in self.statuses[-1].values}
 
     def close(self) -> None:
-        self.node.destroy_node()
-        self.peer.destroy_node()
+        for node in (*self.sensors, self.peer):
+            node.destroy_node()
         rclpy.try_shutdown()
 
 
@@ -123,9 +134,9 @@ def single_ended(volts: float) -> int:
 @pytest.mark.timeout(60)
 def test_pressure_node(bench):
     """16 mV at the bridge is 20 kPa; the depressor's channel is the second."""
-    made = bench(PressureNode, sensor="depressor_pressure", zero_scans=ZERO_SCANS)
-    pressures = made.hear(FluidPressure, "/pressure")
-    depths = made.hear(Depth, "/depth")
+    made = bench(DEPRESSOR, zero_scans=ZERO_SCANS)
+    pressures = made.hear(FluidPressure, "/measured/depressor/pressure")
+    depths = made.hear(Depth, "/measured/depressor/depth")
     made.connected()
     scan = made.send([0, bridge(0.016), 0, 0, 0, 0])
     made.spin_until(lambda: pressures and depths)
@@ -148,8 +159,8 @@ def test_pressure_node(bench):
 @pytest.mark.timeout(60)
 def test_zeroing_by_service(bench):
     """Refused as long as scans are few; the node is ready when it can be zeroed."""
-    made = bench(PressureNode, sensor="fish_pressure", zero_scans=ZERO_SCANS)
-    depths = made.hear(Depth, "/depth")
+    made = bench(FISH, zero_scans=ZERO_SCANS)
+    depths = made.hear(Depth, "/measured/fish/depth")
     made.connected()
     made.send([bridge(0.012), 0, 0, 0, 0, 0])
     made.spin_until(lambda: depths)
@@ -177,8 +188,8 @@ def test_zeroing_by_service(bench):
 
 @pytest.mark.timeout(60)
 def test_pressure_of_a_bad_scan(bench):
-    made = bench(PressureNode, sensor="fish_pressure")
-    depths = made.hear(Depth, "/depth")
+    made = bench(FISH)
+    depths = made.hear(Depth, "/measured/fish/depth")
     made.connected()
     made.send([0] * 6, valid_mask=0x3E)
     made.spin_until(lambda: depths)
@@ -189,9 +200,9 @@ def test_pressure_of_a_bad_scan(bench):
 @pytest.mark.timeout(60)
 def test_inclinometer_node(bench):
     """Bow up by asin(0.5): half a g forward (0.33 V), the rest upwards."""
-    made = bench(InclinometerNode)
-    imus = made.hear(Imu, "/imu")
-    inclinations = made.hear(Inclination, "/inclination")
+    made = bench(INCLINOMETER)
+    imus = made.hear(Imu, "/measured/fish/imu")
+    inclinations = made.hear(Inclination, "/measured/fish/inclination")
     made.connected()
     volts = (1.65 + 0.33, 1.65, 1.65 + 0.66 * math.cos(math.pi / 6))
     scan = made.send([0, 0, *map(single_ended, volts), 0])
@@ -226,8 +237,8 @@ def test_inclinometer_node(bench):
 @pytest.mark.timeout(60)
 def test_encoder_node(bench):
     """100 counts of 4096 a scan on the crank, 200 on the wheel of 0.5 m; counts start anywhere."""
-    made = bench(EncoderNode)
-    joints = made.hear(JointState, "/joint_states")
+    made = bench(ENCODER)
+    joints = made.hear(JointState, "/measured/joint_states")
     made.connected()
     for k in range(5):
         scan = made.send([0] * 6, crank=2**40 + 100 * k, carriage=-7 + 200 * k)
@@ -253,8 +264,8 @@ def test_encoder_node(bench):
 
 @pytest.mark.timeout(60)
 def test_missed_scans_are_reported(bench):
-    made = bench(EncoderNode)
-    joints = made.hear(JointState, "/joint_states")
+    made = bench(ENCODER)
+    joints = made.hear(JointState, "/measured/joint_states")
     made.connected()
     made.send([0] * 6)
     made.sequence += 3
@@ -267,8 +278,8 @@ def test_missed_scans_are_reported(bench):
 @pytest.mark.timeout(60)
 def test_diagnostics_tell_what_looks_wrong_and_that_it_is_over(bench):
     """A bridge at the end of its amplifier's range, then sound again."""
-    made = bench(PressureNode, sensor="fish_pressure", zero_scans=ZERO_SCANS)
-    depths = made.hear(Depth, "/depth")
+    made = bench(FISH, zero_scans=ZERO_SCANS)
+    depths = made.hear(Depth, "/measured/fish/depth")
     made.connected()
 
     def send(volts, count):
@@ -276,16 +287,14 @@ def test_diagnostics_tell_what_looks_wrong_and_that_it_is_over(bench):
             made.send([bridge(volts) + made.sequence % 2, 0, 0, 0, 0, single_ended(2.0)])
 
     def level():
-        return made.heard["/diagnostics"][-1].status[0].level
+        return made.statuses[-1].level
 
     send(0.012, ZERO_SCANS + 1)
     made.spin_until(lambda: made.values()["state"] == "ready")
     assert level() == DiagnosticStatus.OK
     send(0.055, 3)
     made.spin_until(lambda: level() == DiagnosticStatus.WARN)
-    assert "open: the sensor reads what an intact sensor cannot give" in (
-        made.heard["/diagnostics"][-1].status[0].message
-    )
+    assert "open: the sensor reads what an intact sensor cannot give" in (made.statuses[-1].message)
     assert [depth.health.flags for depth in depths[-3:]] == [SensorHealth.OPEN] * 3
     made.spin_until(lambda: level() == DiagnosticStatus.OK)
     assert made.values()["health_open"] == "3"

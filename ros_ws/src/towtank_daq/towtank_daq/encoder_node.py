@@ -8,21 +8,17 @@ mechanism's kinematics.
 from __future__ import annotations
 
 import math
-import sys
 
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from towtank_interfaces.msg import AdcScan
-from towtank_node.main import run_node
 from towtank_node.parameters import Parameter
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp, stamp_ns
-from towtank_rig import RigError
 from towtank_rig.conversion import carriage_encoder, crank_encoder, crank_zero
 from towtank_rig.motion import tow_point_motion
 
-from towtank_daq.description import DescriptionError
-from towtank_daq.encoder import WINDOW_S, Encoder
+from towtank_daq.encoder import WINDOW_S, Drive, Encoder
 from towtank_daq.scan_node import ScanNode
 
 _PARAMETERS = (
@@ -41,7 +37,7 @@ class EncoderNode(ScanNode):
     """Positions count from the first scan, or from the last call of ~/zero."""
 
     def __init__(self) -> None:
-        super().__init__("encoder", _PARAMETERS)
+        super().__init__("encoder", "/measured", _PARAMETERS)
         window_s = self.parameters.velocity_window_s
         self._crank = Encoder(crank_encoder(self.rig).per_count, window_s, crank_zero(self.rig))
         self._carriage = Encoder(carriage_encoder(self.rig).per_count, window_s)
@@ -52,9 +48,8 @@ class EncoderNode(ScanNode):
         self._joints.effort = [math.nan] * 3
         self._publisher = self.create_publisher(JointState, "joint_states", SENSOR_QOS)
         self.create_service(Trigger, "~/zero", self._on_zero)
-        self.listen()
 
-    def take(self, scan: AdcScan) -> None:
+    def take(self, scan: AdcScan, drive: Drive) -> None:
         # The board latches the counts at the scan's tick: no delay to add
         sampled_ns = stamp_ns(scan.header.stamp)
         crank, crank_rate = self._crank.update(sampled_ns, scan.crank_count)
@@ -72,7 +67,3 @@ class EncoderNode(ScanNode):
         response.success = True
         response.message = "crank and carriage are zero at the next scan"
         return response
-
-
-def main() -> None:
-    sys.exit(run_node(EncoderNode, (RigError, DescriptionError)))

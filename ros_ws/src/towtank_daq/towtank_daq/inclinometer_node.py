@@ -3,16 +3,12 @@
 
 from __future__ import annotations
 
-import sys
-
 from sensor_msgs.msg import Imu
 from towtank_interfaces.msg import AdcScan, Inclination
-from towtank_node.main import run_node
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp, stamp_ns
-from towtank_rig import RigError
 
-from towtank_daq.description import DescriptionError
+from towtank_daq.encoder import Drive
 from towtank_daq.inclinometer import Inclinometer
 from towtank_daq.scan_node import ScanNode
 from towtank_daq.sensor_health import AccelerometerHealth
@@ -22,7 +18,7 @@ class InclinometerNode(ScanNode):
     """The three axes are sampled one after another; the stamp is the mean of their instants."""
 
     def __init__(self) -> None:
-        super().__init__("inclinometer")
+        super().__init__("inclinometer", "/measured/fish")
         self._sensor = Inclinometer(self.rig, self.board)
         self._health = AccelerometerHealth(self.rig, self.board)
         self._imu, self._inclination = Imu(), Inclination()
@@ -32,10 +28,9 @@ class InclinometerNode(ScanNode):
         self._imu.angular_velocity_covariance[0] = -1.0
         self._imus = self.create_publisher(Imu, "imu", SENSOR_QOS)
         self._inclinations = self.create_publisher(Inclination, "inclination", SENSOR_QOS)
-        self.listen()
 
-    def take(self, scan: AdcScan) -> None:
-        reading = self._sensor.process(scan.codes, scan.valid_mask, self.drive_of(scan))
+    def take(self, scan: AdcScan, drive: Drive) -> None:
+        reading = self._sensor.process(scan.codes, scan.valid_mask, drive)
         health = self._health.update(scan.codes, scan.valid_mask)
         self.note_health(health)
         delays_ns = [int(scan.channel_delay_ns[channel]) for channel in self._sensor.channels]
@@ -61,7 +56,3 @@ class InclinometerNode(ScanNode):
         self._imus.publish(imu)
         self._inclinations.publish(inclination)
         self.ready()
-
-
-def main() -> None:
-    sys.exit(run_node(InclinometerNode, (RigError, DescriptionError)))

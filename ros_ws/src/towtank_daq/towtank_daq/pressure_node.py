@@ -3,39 +3,32 @@
 
 from __future__ import annotations
 
-import sys
-
 from sensor_msgs.msg import FluidPressure
 from std_srvs.srv import Trigger
 from towtank_interfaces.msg import AdcScan, Depth
-from towtank_node.main import run_node
 from towtank_node.parameters import Parameter
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp, stamp_ns
-from towtank_rig import RigError
 
-from towtank_daq.description import DescriptionError
+from towtank_daq.encoder import Drive
 from towtank_daq.pressure import PressureSensor, ZeroingError
 from towtank_daq.scan_node import ScanNode
 from towtank_daq.sensor_health import PressureHealth
 
 _PARAMETERS = (
-    Parameter(
-        "sensor",
-        str,
-        "the rig's pressure sensor that this node reads",
-        choices=("fish_pressure", "depressor_pressure"),
-    ),
     Parameter("zero_scans", int, "scans that zeroing averages", 200, minimum=10, maximum=10_000),
 )
 
 
 class PressureNode(ScanNode):
-    """Ready once enough scans have come to be zeroed."""
+    """Ready once enough scans have come to be zeroed.
 
-    def __init__(self) -> None:
-        super().__init__("pressure_sensor", _PARAMETERS)
-        sensor = self.parameters.sensor
+    place: where the sensor is, fish or depressor.
+    """
+
+    def __init__(self, place: str) -> None:
+        super().__init__("pressure_sensor", f"/measured/{place}", _PARAMETERS)
+        sensor = f"{place}_pressure"
         self._sensor = PressureSensor(self.rig, self.board, sensor, self.parameters.zero_scans)
         self._health = PressureHealth(self.rig, self.board, sensor)
         self._pressure, self._depth = FluidPressure(), Depth()
@@ -43,10 +36,9 @@ class PressureNode(ScanNode):
         self._pressures = self.create_publisher(FluidPressure, "pressure", SENSOR_QOS)
         self._depths = self.create_publisher(Depth, "depth", SENSOR_QOS)
         self.create_service(Trigger, "~/zero", self._on_zero)
-        self.listen()
 
-    def take(self, scan: AdcScan) -> None:
-        reading = self._sensor.process(scan.codes, scan.valid_mask, self.drive_of(scan))
+    def take(self, scan: AdcScan, drive: Drive) -> None:
+        reading = self._sensor.process(scan.codes, scan.valid_mask, drive)
         health = self._health.update(scan.codes, scan.valid_mask, scan.crank_count)
         self.note_health(health)
         sampled_ns = stamp_ns(scan.header.stamp) + int(scan.channel_delay_ns[self._sensor.channel])
@@ -78,7 +70,3 @@ class PressureNode(ScanNode):
             response.message = str(error)
             self.get_logger().warning(response.message)
         return response
-
-
-def main() -> None:
-    sys.exit(run_node(PressureNode, (RigError, DescriptionError)))

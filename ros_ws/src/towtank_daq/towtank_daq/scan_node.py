@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the sensor nodes have in common: the rig, the board's channels, and the scans."""
+"""What the sensor nodes have in common: the rig, the board's channels, and the scans.
+
+The nodes of all sensors live in one process (sensors.py), so that a scan is received once and the
+drive's motion is worked out once; they stay nodes of their own, with names, services and
+diagnostics of their own.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +15,10 @@ from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.parameters import Parameter, read_parameters
-from towtank_node.qos import SENSOR_QOS
-from towtank_node.stamps import stamp_ns
 from towtank_rig import load_rig
 
 from towtank_daq.description import installed_description, load_description
-from towtank_daq.encoder import Drive, DriveWatch
+from towtank_daq.encoder import Drive
 from towtank_daq.sensor_health import ADVICE, Health
 
 _HEALTH_PERIOD_S = 1.0
@@ -27,8 +30,8 @@ class ScanNode(Node, ABC):
     Its period for counting overruns is that of the rig's sample rate.
     """
 
-    def __init__(self, name: str, parameters: Sequence[Parameter] = ()) -> None:
-        super().__init__(name)
+    def __init__(self, name: str, namespace: str, parameters: Sequence[Parameter] = ()) -> None:
+        super().__init__(name, namespace=namespace)
         self.parameters = read_parameters(
             self, [Parameter("rig", str, "path of the rig file"), *parameters]
         )
@@ -39,7 +42,6 @@ class ScanNode(Node, ABC):
         self._ready = False
         self._seen, self._told = Health(0), Health(0)
         self._flagged = dict.fromkeys(Health, 0)
-        self._drive = DriveWatch(self.rig)
         self.diagnostics = NodeDiagnostics(
             self, 1.0 / self.rig.board.sample_rate.value, self._details
         )
@@ -58,26 +60,17 @@ class ScanNode(Node, ABC):
             for flag in flags:
                 self._flagged[flag] += 1
 
-    def drive_of(self, scan: AdcScan) -> Drive:
-        """How crank and carriage move at a scan; to be asked once for each."""
-        return self._drive.update(
-            stamp_ns(scan.header.stamp), scan.crank_count, scan.carriage_count
-        )
-
-    def listen(self) -> None:
-        """From now on take() gets the scans."""
-        self.create_subscription(AdcScan, "/measured/adc_scan", self._on_scan, SENSOR_QOS)
-
-    @abstractmethod
-    def take(self, scan: AdcScan) -> None:
-        """Work on one scan."""
-
-    def _on_scan(self, scan: AdcScan) -> None:
+    def on_scan(self, scan: AdcScan, drive: Drive) -> None:
+        """Work on the next scan; `drive` is how crank and carriage move at its instant."""
         with self.diagnostics.cycle():
             if self._last_sequence is not None and scan.sequence > self._last_sequence:
                 self._missed += scan.sequence - self._last_sequence - 1
             self._last_sequence = scan.sequence
-            self.take(scan)
+            self.take(scan, drive)
+
+    @abstractmethod
+    def take(self, scan: AdcScan, drive: Drive) -> None:
+        """Publish what the sensor says in one scan."""
 
     def _details(self) -> dict[str, int]:
         return {

@@ -188,6 +188,29 @@ def test_stream_executor_serves_messages_timers_and_services(context):
     node.destroy_node()
 
 
+def test_stream_executor_serves_with_a_message_those_that_come_soon_after(context, monkeypatch):
+    node = node_with(context)
+    executor = StreamExecutor(gather_s=0.02, context=context)
+    executor.add_node(node)
+    received, waits = [], []
+    node.create_subscription(UInt32, "count", lambda m: received.append(m.data), RELIABLE_QOS)
+    publisher = node.create_publisher(UInt32, "count", RELIABLE_QOS)
+    while not publisher.get_subscription_count():
+        executor.spin_once()
+
+    def pass_time(duration_s):
+        waits.append(duration_s)
+        publisher.publish(UInt32(data=2))
+
+    monkeypatch.setattr("towtank_node.executor.time.sleep", pass_time)
+    while not waits:  # the first may be served together with timers and services
+        publisher.publish(UInt32(data=1))
+        executor.spin_once()
+    assert waits == [0.02]
+    assert received[-2:] == [1, 2]
+    node.destroy_node()
+
+
 def test_stream_executor_passes_errors_of_callbacks_on(context):
     node = node_with(context)
     executor = StreamExecutor(context=context)

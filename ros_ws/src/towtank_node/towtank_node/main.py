@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
@@ -20,7 +20,17 @@ def run_node(
     expected_errors: tuple[type[Exception], ...] = (),
     arguments: list[str] | None = None,
 ) -> int:
-    """Make a node, spin it until SIGINT or SIGTERM, close it. Returns the exit status.
+    """Make a node, spin it until SIGINT or SIGTERM, close it: run_nodes() with one."""
+    return run_nodes(lambda: [make_node()], expected_errors, arguments)
+
+
+def run_nodes(
+    make_nodes: Callable[[], Sequence[Any]],
+    expected_errors: tuple[type[Exception], ...] = (),
+    arguments: list[str] | None = None,
+    gather_s: float = 0.0,
+) -> int:
+    """Make nodes, spin them until SIGINT or SIGTERM, close them. Returns the exit status.
 
     A node with a `close()` method gets it called in any case, to give back its device or file,
     while it can still publish: rclpy's own signal handlers would tear the context down first.
@@ -32,11 +42,12 @@ def run_node(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: stop_signals.append(received))
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    node = None
+    nodes: Sequence[Any] = ()
     try:
-        node = make_node()
-        executor = StreamExecutor()
-        executor.add_node(node)
+        nodes = make_nodes()
+        executor = StreamExecutor(gather_s)
+        for node in nodes:
+            executor.add_node(node)
         while not stop_signals:
             executor.spin_once()
         executor.shutdown()
@@ -46,7 +57,7 @@ def run_node(
         print(f"error: {error}", file=sys.stderr, flush=True)
         return 1
     finally:
-        if node is not None:
+        for node in nodes:
             getattr(node, "close", lambda: None)()
             node.destroy_node()
         rclpy.try_shutdown()

@@ -42,6 +42,15 @@ def soak(hours: float, as_json: bool) -> None:
     run(source, "soak.py", [], "--hours", str(hours), *(["--json"] if as_json else []))
 
 
+@command.command()
+@click.option("--seconds", type=click.FloatRange(min=5.0), default=30.0, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def cpu(seconds: float, as_json: bool) -> None:
+    """Processor time of acquisition at 100 and at 200 scans a second. Leave the machine alone."""
+    source = source_tree("the benchmarks")
+    run(source, "cpu.py", [], "--seconds", str(seconds), *(["--json"] if as_json else []))
+
+
 def run_with_peers(program: str, *arguments: str) -> None:
     """Runs a program of tests/benchmarks with the other simulators on its path."""
     source = source_tree("the benchmarks")
