@@ -19,6 +19,7 @@ VERBS = {
     "trim": "Ballast and trim of a fish from weighings.",
     "uncertainty": "What a rig's sensors can tell: depth, pitch, heave ratio.",
     "similitude": "A rig Froude-scaled to another length.",
+    "drawings": "The drawings of a rig, for the workshop.",
     "bench": "Measured comparisons with other programs.",
     "test": "Run the test suite.",
 }
