@@ -29,11 +29,11 @@ from towtank_daq.sensor_health import (
 
 _SLICE_S = 0.05
 _FEWEST_SCANS = 100  # noise is then known to 18 %
-_RESIDUAL_S = 0.2e-3  # what stamps shall be good for
-_ROUND_TRIP_S = (
+RESIDUAL_S = 0.2e-3  # what stamps shall be good for
+ROUND_TRIP_S = (
     5e-3  # of a sync exchange less the bytes' time: a USB adapter of 1 ms and a busy host
 )
-_TURN_BY_HAND = 0.05  # of a turn, to which somebody finds a mark again
+TURN_BY_HAND = 0.05  # of a turn, to which somebody finds a mark again
 _STACK_RESERVE = 256  # bytes; an interrupt that comes in another takes some 40
 
 Passed = Callable[[float], None]
@@ -155,19 +155,12 @@ def _scans(board: AdcBoard) -> Iterator[Check]:
 
 def _noise(scans: list[Scan], rig: Rig, description: BoardDescription) -> Iterator[Check]:
     """White noise of each channel; the least of a live one is far below a code's step."""
-    sensors, nominal = rig.sensors, rig.board.excitation.value
-    axes = sensors.accelerometer.channels
-    limits = {
-        sensors.fish_pressure.channel: pressure_limits(rig, description, "fish_pressure"),
-        sensors.depressor_pressure.channel: pressure_limits(rig, description, "depressor_pressure"),
-        **{getattr(axes, axis): accelerometer_limits(rig, description, axis) for axis in "xyz"},
-    }
+    nominal = rig.board.excitation.value
+    greatest = greatest_noise(rig, description)
     for index, name in enumerate(description.channel_names):
         codes = [scan.codes[index] for scan in scans if scan.valid_mask >> index & 1]
         step = description.adc_channel(name, nominal).resolution
-        expected = description.terminal_noise(name, nominal)
-        if name in limits:
-            expected = limits[name].noise * step
+        expected = greatest[name]
         enough = len(codes) > 3
         yield Check(
             f"{name} noise",
@@ -179,6 +172,23 @@ def _noise(scans: list[Scan], rig: Rig, description: BoardDescription) -> Iterat
         )
 
 
+def greatest_noise(rig: Rig, description: BoardDescription) -> dict[str, float]:
+    """Greatest standard deviation of a sound channel's white noise, V at the terminals, by name."""
+    sensors, nominal = rig.sensors, rig.board.excitation.value
+    axes = sensors.accelerometer.channels
+    limits = {
+        sensors.fish_pressure.channel: pressure_limits(rig, description, "fish_pressure"),
+        sensors.depressor_pressure.channel: pressure_limits(rig, description, "depressor_pressure"),
+        **{getattr(axes, axis): accelerometer_limits(rig, description, axis) for axis in "xyz"},
+    }
+    return {
+        name: limits[name].noise * description.adc_channel(name, nominal).resolution
+        if name in limits
+        else description.terminal_noise(name, nominal)
+        for name in description.channel_names
+    }
+
+
 def _encoders(scans: list[Scan], rig: Rig, turns: float | None) -> Iterator[Check]:
     if turns is None or not scans:
         return
@@ -188,8 +198,8 @@ def _encoders(scans: list[Scan], rig: Rig, turns: float | None) -> Iterator[Chec
         "crank",
         radians / (2.0 * math.pi),
         "turns",
-        turns - _TURN_BY_HAND,
-        turns + _TURN_BY_HAND,
+        turns - TURN_BY_HAND,
+        turns + TURN_BY_HAND,
         "swap A and B if its sign is wrong; else check the encoder's wires and counts per turn",
     )
 
@@ -209,7 +219,7 @@ def _clock(board: AdcBoard) -> Iterator[Check]:
         clock.residual_s,
         "s",
         0.0,
-        _RESIDUAL_S,
+        RESIDUAL_S,
         "the host is too busy: stop what else runs, or give it a real-time kernel",
     )
     yield Check(
@@ -217,7 +227,7 @@ def _clock(board: AdcBoard) -> Iterator[Check]:
         clock.round_trip_s,
         "s",
         -math.inf,
-        _ROUND_TRIP_S,
+        ROUND_TRIP_S,
         "set the USB adapter's latency timer to 1 ms",
     )
 

@@ -32,8 +32,8 @@ from towtank_rig.conversion import (
     pressure_conversion,
 )
 from towtank_rig.error_terms import (
-    ErrorTerm,
     accelerometer_error_terms,
+    greatest,
     pressure_error_terms,
 )
 from towtank_rig.instruments import PressureSensorName
@@ -262,8 +262,8 @@ def pressure_limits(rig: Rig, board: BoardDescription, sensor: PressureSensorNam
     given = getattr(rig.sensors, sensor)
     water = rig.water
     terms = pressure_error_terms(rig, sensor)
-    offset = _limit(terms, "zero_offset") + _limit(terms, "zero_drift")
-    gain = 1.0 + sum(_limit(terms, effect) for effect in ("gain", "linearity", "water"))
+    offset = greatest(terms, "zero_offset") + greatest(terms, "zero_drift")
+    gain = 1.0 + sum(greatest(terms, effect) for effect in ("gain", "linearity", "water"))
     cp = abs(given.flow_coefficient.value) + given.errors.flow_coefficient.value
     speed = rig.run.carriage_speed.value
     flow = cp * 0.5 * water.density.value * speed**2
@@ -298,9 +298,9 @@ def accelerometer_limits(rig: Rig, board: BoardDescription, axis: str) -> Limits
     index = "xyz".index(axis)
     zero, slope = float(conversion.zero_g[index]), float(conversion.sensitivity[index])
     terms = [t for t in accelerometer_error_terms(rig) if t.name.endswith(axis)]
-    slack = _limit(terms, "zero_g") + slope * _limit(terms, "nonlinearity")
+    slack = greatest(terms, "zero_g") + slope * greatest(terms, "nonlinearity")
     gravity = rig.water.gravity.value
-    steepest = slope * (1.0 + _limit(terms, "sensitivity"))
+    steepest = slope * (1.0 + greatest(terms, "sensitivity"))
     reach = slack + steepest * (1.0 + FORCE_TOLERANCE) * gravity
     name = getattr(given.channels, axis)
     return _in_codes(
@@ -345,15 +345,6 @@ def _in_codes(
         short=(channel.exact_code(-aside), channel.exact_code(aside)),
         noise=math.hypot(highest, motion) / channel.resolution,
         least_noise=math.hypot(least, board_noise) / channel.resolution,
-    )
-
-
-def _limit(terms: Sequence[ErrorTerm], effect: str) -> float:
-    """Return the greatest sum of the errors with one effect, each at its limit."""
-    return sum(
-        math.prod(factor.value for factor in term.factors)
-        for term in terms
-        if term.effect == effect
     )
 
 

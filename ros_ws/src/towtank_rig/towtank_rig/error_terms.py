@@ -7,6 +7,7 @@ cannot drift apart.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Literal
@@ -77,6 +78,15 @@ def draw_tolerance(
     if tolerance.distribution == "rectangular":
         return rng.uniform(-tolerance.value, tolerance.value, count)
     return rng.normal(0.0, tolerance.standard_uncertainty, count)
+
+
+def greatest(terms: Sequence[ErrorTerm], effect: str) -> float:
+    """Return the greatest sum of the errors with one effect, each at its limit."""
+    return sum(
+        math.prod(factor.value for factor in term.factors)
+        for term in terms
+        if term.effect == effect
+    )
 
 
 def pressure_error_terms(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorTerm, ...]:
