@@ -32,6 +32,7 @@ void board_init(struct board *board)
     board->adc_id = ad7124_reset();
     board->last_host_frame = (uint32_t)hal_time();
     board->last_health = board->last_host_frame;
+    drive_init(&board->drive, board->last_host_frame);
     send_boot(board);
 }
 
@@ -88,6 +89,7 @@ static void every_second(struct board *board)
 
 void board_poll(struct board *board)
 {
+    drive_watch(&board->drive);
     bool time_to_spare = scan_poll(&board->scan) || !board->scan.streaming;
     listen(board);
     if (board->reset_wanted) {
@@ -102,6 +104,8 @@ void board_poll(struct board *board)
     if (time_to_spare && now - board->last_health >= HEALTH_PERIOD_TICKS) {
         board->last_health += HEALTH_PERIOD_TICKS;
         every_second(board);
+    } else if (time_to_spare) {
+        drive_poll(&board->drive, &board->transmitter, now);
     }
     // The sample timer while it runs, else the time base's overflow, every 33 ms.
     watchdog_poll(&board->watchdog,

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "drive.h"
 #include "frame.h"
 #include "scan.h"
 #include "storage.h"
@@ -20,6 +21,7 @@ struct board {
     struct frame_parser parser;
     struct watchdog watchdog;
     struct storage storage;
+    struct drive drive;
     uint8_t adc_id;
     bool reset_wanted;
     uint16_t sync_stamp;         // when the latest answer to `sync` was begun …

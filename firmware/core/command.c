@@ -128,6 +128,19 @@ static uint8_t configuration(struct board *board, const uint8_t *arguments, uint
     return BOARD_STATUS_OK;
 }
 
+static uint8_t drive(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    struct drive_arguments request;
+    drive_arguments_unpack(&request, arguments);
+    uint8_t status = drive_command(&board->drive, &request, (uint32_t)hal_time());
+    if (status != BOARD_STATUS_OK)
+        return status;
+    struct drive_response response = {.state = board->drive.state, .trip = board->drive.trip};
+    drive_response_pack(data, &response);
+    *size = DRIVE_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
 // The main loop resets, once the response is on its way.
 static uint8_t reset(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
 {
@@ -138,7 +151,8 @@ static uint8_t reset(struct board *board, const uint8_t *arguments, uint8_t *dat
     return BOARD_STATUS_OK;
 }
 
-enum when { ALWAYS, IDLE_ONLY };
+// At rest: idle, with a drive that does not turn. What holds the main loop up may not run else.
+enum when { ALWAYS, IDLE_ONLY, AT_REST_ONLY };
 
 struct command {
     uint8_t type;
@@ -149,14 +163,15 @@ struct command {
 
 static const struct command commands[] = {
     {BOARD_COMMAND_IDENTIFY, 0, ALWAYS, identify},
-    {BOARD_COMMAND_CONFIGURE, CONFIGURE_ARGUMENTS_SIZE, IDLE_ONLY, configure},
+    {BOARD_COMMAND_CONFIGURE, CONFIGURE_ARGUMENTS_SIZE, AT_REST_ONLY, configure},
     {BOARD_COMMAND_START, 0, IDLE_ONLY, start},
     {BOARD_COMMAND_STOP, 0, ALWAYS, stop},
-    {BOARD_COMMAND_SELF_TEST, 0, IDLE_ONLY, self_test},
+    {BOARD_COMMAND_SELF_TEST, 0, AT_REST_ONLY, self_test},
     {BOARD_COMMAND_SYNC, 0, ALWAYS, sync},
     {BOARD_COMMAND_COUNTERS, 0, ALWAYS, counters},
     {BOARD_COMMAND_RESET, 0, ALWAYS, reset},
     {BOARD_COMMAND_CONFIGURATION, 0, ALWAYS, configuration},
+    {BOARD_COMMAND_DRIVE, DRIVE_ARGUMENTS_SIZE, ALWAYS, drive},
 };
 
 static uint8_t carry_out(struct board *board, const uint8_t *payload, uint8_t length, uint8_t *data,
@@ -168,8 +183,10 @@ static uint8_t carry_out(struct board *board, const uint8_t *payload, uint8_t le
             continue;
         if (length != REQUEST_HEADER + command->arguments_size)
             return BOARD_STATUS_BAD_LENGTH;
-        if (command->when == IDLE_ONLY && board->scan.streaming)
+        if (command->when != ALWAYS && board->scan.streaming)
             return BOARD_STATUS_NOT_IDLE;
+        if (command->when == AT_REST_ONLY && drive_turns(&board->drive))
+            return BOARD_STATUS_DRIVE_TURNS;
         return command->handle(board, payload + REQUEST_HEADER, data, size);
     }
     return BOARD_STATUS_UNKNOWN_COMMAND;

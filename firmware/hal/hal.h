@@ -59,6 +59,13 @@ struct hal_encoders {
 // Called in interrupt context or locked.
 void hal_encoders_read(struct hal_encoders *encoders);
 
+// ---- the crank's drive: PWM and enable line of its driver, off until told otherwise
+
+void hal_drive_on(uint16_t duty); // 0.01 %, at most 10000
+void hal_drive_off(void);
+// Whether the emergency-stop loop is closed; a broken wire reads as open.
+bool hal_emergency_stop_closed(void);
+
 // ---- serial line to the host
 
 bool hal_serial_read(uint8_t *byte);

@@ -10,6 +10,7 @@ A struct holds the fields that the file lists; type, request id and status are t
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Iterator
@@ -20,13 +21,14 @@ from schema_hash import load_board, schema_hash
 
 BOARD_YAML = Path(__file__).with_name("board.yaml")
 
-INTEGER_BYTES = {"u8": 1, "u16": 2, "u24": 3, "u32": 4, "u64": 8, "i32": 4, "i64": 8}
+INTEGER_BYTES = {"u8": 1, "u16": 2, "u24": 3, "u32": 4, "u64": 8, "i16": 2, "i32": 4, "i64": 8}
 C_TYPES = {
     "u8": "uint8_t",
     "u16": "uint16_t",
     "u24": "uint32_t",
     "u32": "uint32_t",
     "u64": "uint64_t",
+    "i16": "int16_t",
     "i32": "int32_t",
     "i64": "int64_t",
     "f64": "double",
@@ -153,6 +155,47 @@ def check_consistency(board: dict[str, Any]) -> None:
     controller = board["microcontroller"]
     check(controller["clock_hz"] % controller["tick_hz"] == 0, "tick_hz: does not divide clock_hz")
 
+    drive = board["drive"]
+    steps = controller["tick_hz"] % drive["control_hz"]
+    check(steps == 0, "drive.control_hz: does not divide tick_hz")
+    ramp = 100 * drive["ramp_rpm_per_s"]
+    check(ramp >= drive["control_hz"], "drive.ramp_rpm_per_s: less than 0.01 rpm a control step")
+
+
+def drive_lines(drive: dict[str, Any], tick_hz: int) -> Iterator[str]:
+    """The crank drive's figures in the firmware's units.
+
+    Speeds in 0.01 rpm, duties in 0.01 %, angles in 1/10240 revolution, gains with 8 binary places.
+    """
+    rad_s = 100 * 60 / (2 * math.pi)  # 0.01 rpm
+    rad = 10240 / (2 * math.pi)
+    gains = {
+        "PROPORTIONAL_Q8": 256 * 10_000 * drive["proportional_duty_per_rad_s"] / rad_s,
+        "INTEGRAL_Q8": 256 * 10_000 * drive["integral_duty_per_rad"] / rad,
+    }
+    yield define("BOARD_DRIVE_SPEED_MINIMUM", f"{100 * drive['speed_rpm']['minimum']}u")
+    yield define("BOARD_DRIVE_SPEED_MAXIMUM", f"{100 * drive['speed_rpm']['maximum']}u")
+    yield define("BOARD_DRIVE_CONTROL_HZ", f"{drive['control_hz']}u")
+    ramp = 100 * drive["ramp_rpm_per_s"] // drive["control_hz"]
+    yield define("BOARD_DRIVE_RAMP_A_STEP", f"{ramp}u")
+    yield define("BOARD_DRIVE_WINDOW_STEPS", f"{drive['speed_window_steps']}u")
+    for name, value in gains.items():
+        yield define(f"BOARD_DRIVE_{name}", round(value))
+    yield define("BOARD_DRIVE_PWM_HZ", f"{drive['pwm_hz']}u")
+    yield define("BOARD_DRIVE_OVERSPEED", f"{100 * drive['overspeed_rpm']}u")
+    yield define("BOARD_DRIVE_STALL_PARTS", f"{drive['stall_parts']}u")
+    yield define("BOARD_DRIVE_MOVEMENT_PARTS", f"{drive['movement_parts']}u")
+    yield define("BOARD_DRIVE_REVERSE_PARTS", f"{drive['reverse_parts']}u")
+    times = {
+        "COMMAND_TIMEOUT": drive["command_timeout_s"],
+        "START": drive["start_s"],
+        "STALL": drive["stall_s"],
+        "FRAME_MOVING": drive["frame_s"]["moving"],
+        "FRAME_STANDING": drive["frame_s"]["standing"],
+    }
+    for name, seconds in times.items():
+        yield define(f"BOARD_DRIVE_{name}_TICKS", u32(round(seconds * tick_hz)))
+
 
 def config_register(setup: dict[str, Any]) -> int:
     """AD7124 CONFIG_n: bipolar 11, REF_BUFP/M 8:7, AIN_BUFP 6, AIN_BUFM 5, REF_SEL 4:3, PGA 2:0."""
@@ -269,6 +312,8 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     deflections = [channel.get("self_test_volts", 0.0) for channel in channels]
     yield define("BOARD_AFE_SELF_TEST_VOLTS", braces(deflections))
     yield ""
+    yield from drive_lines(board["drive"], controller["tick_hz"])
+    yield ""
     eeprom = board["eeprom"]
     yield define("BOARD_EEPROM_BOARD_SERIAL", f"{eeprom['board_serial']}u")
     yield define("BOARD_EEPROM_CALIBRATION_ID", f"{eeprom['calibration_id']}u")
@@ -285,7 +330,10 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
         yield define(f"BOARD_FRAME_{name.upper()}", hexadecimal(frame["type"], 2))
     for name, command in board["commands"].items():
         yield define(f"BOARD_COMMAND_{name.upper()}", hexadecimal(command["type"], 2))
-    for group in ("status", "board_state", "configuration_origin", "data_flags", "reset_cause"):
+    for group in (
+        *("status", "board_state", "configuration_origin", "data_flags", "reset_cause"),
+        *("drive_state", "drive_trip", "drive_action"),
+    ):
         for name, value in board[group].items():
             prefix = {"board_state": "STATE", "data_flags": "FLAG"}.get(group, group.upper())
             yield define(f"BOARD_{prefix}_{name.upper()}", f"{value}u")

@@ -55,7 +55,7 @@ static void the_request_id_is_echoed(void **state)
 
 static void unknown_commands_are_answered_as_such(void **state)
 {
-    static const uint8_t unknown[] = {0x00, 0x0A, 0x10, 0x7F};
+    static const uint8_t unknown[] = {0x00, 0x0B, 0x10, 0x7F};
     for (size_t i = 0; i < sizeof unknown; i++) {
         struct received_frame frame = whole_board_request(*state, unknown[i], 9, NULL, 0);
         assert_int_equal(frame.length, 3);

@@ -10,6 +10,7 @@
 #include "afe.h"
 #include "bench_input.h"
 #include "board_clock.h"
+#include "crank_motor.h"
 #include "encoder.h"
 #include "mcu.h"
 #include "serial_line.h"
@@ -35,6 +36,10 @@ struct vb_board {
     afe afe;
     bench_input bench;
     encoder_port encoders[ENCODER_COUNT];
+    crank_motor motor;
+    bench_input shaft;  // the crank's angle by the motor, where that turns it
+    double motor_ns;    // up to when the motor has been advanced
+    mcu_pin emergency_stop;
     mcu_pin dout, ready;  // two pins on one wire
     mcu_pin self_test;    // the accelerometer's
     random_source spi_fault_source;
@@ -95,6 +100,56 @@ static void schedule_edges(vb_board *board)
 {
     for (int i = 0; i < ENCODER_COUNT; i++)
         schedule_edge(&board->encoders[i]);
+}
+
+// ---------------------------------------------------------------------------------- motor
+
+static const double MOTOR_STEP_NS = 250e3;
+
+static avr_cycle_count_t motor_due(avr_t *avr, avr_cycle_count_t when, void *param);
+
+// A step ahead, so that the encoder has its edges in time: the duty acts a step late.
+static void schedule_motor(vb_board *board)
+{
+    if (board->options.crank == VB_CRANK_MOTOR)
+        call_at(board, board->motor_ns - MOTOR_STEP_NS, motor_due, board);
+}
+
+static double motor_duty(const vb_board *board)
+{
+    bool enabled = mcu_output(&board->mcu, BOARD_PIN_DRIVE_ENABLE_PORT, BOARD_PIN_DRIVE_ENABLE_BIT);
+    return enabled ? mcu_pwm_duty(&board->mcu, BOARD_PIN_DRIVE_PWM_PORT, BOARD_PIN_DRIVE_PWM_BIT) : 0.0;
+}
+
+static void advance_motor(vb_board *board)
+{
+    crank_motor_advance(&board->motor, motor_duty(board), board->faults.crank_blocked, board->faults.tow_parted,
+                        MOTOR_STEP_NS * 1e-9);
+    board->motor_ns += MOTOR_STEP_NS;
+    bench_sample sample = {.time_ns = board->motor_ns};
+    sample.angle_rad[ENCODER_CRANK] = board->motor.angle_rad;
+    encoder_port *port = &board->encoders[ENCODER_CRANK];
+    bench_input_discard_before(&board->shaft, port->encoder.cursor);
+    if (board->faults.crank_encoder_silent)
+        return;
+    bench_input_push(&board->shaft, &sample, now(board));
+    schedule_edge(port);
+}
+
+static avr_cycle_count_t motor_due(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)avr;
+    (void)when;
+    vb_board *board = param;
+    while (board->motor_ns - MOTOR_STEP_NS <= now(board) + HALF_CYCLE_NS)
+        advance_motor(board);
+    schedule_motor(board);
+    return 0;
+}
+
+static void drive_emergency_stop(vb_board *board)
+{
+    mcu_drive(board->emergency_stop, board->faults.emergency_stop_open);
 }
 
 // ------------------------------------------------------------------------------------- ADC
@@ -214,6 +269,7 @@ static void arm_all(void *context)
     }
     mcu_drive(board->self_test, false);
     mcu_drive_again(board->self_test);
+    mcu_drive_again(board->emergency_stop);
     mcu_drive_again(board->dout);
     mcu_drive_again(board->ready);
     for (int i = 0; i < ENCODER_COUNT; i++) {
@@ -223,6 +279,7 @@ static void arm_all(void *context)
     spi_master_reset(&board->spi);
     serial_line_reset(&board->serial);
     schedule_edges(board);
+    schedule_motor(board);
     schedule_conversion(board);
 }
 
@@ -255,6 +312,23 @@ void vb_default_options(vb_options *options)
         .seed = 1,
         .noise_volts = BOARD_AFE_NOISE_VOLTS,
         .self_test_volts = BOARD_AFE_SELF_TEST_VOLTS,
+        .motor =
+            {
+                .supply_v = 12.0,
+                .resistance_ohm = 0.5,
+                .inductance_h = 1e-3,
+                .flux_v_s_a = 5e-3,
+                .gear_ratio = 40.0,
+                .gear_efficiency = 0.5,
+                .inertia_kg_m2 = 0.4,
+                .friction_n_m = 1.0,
+                .damping_n_m_s = 0.05,
+                .crank_radius_m = 0.06,
+                .rod_length_m = 0.30,
+                .tow_weight_n = 30.0,
+                .tow_drag_n_s2_m2 = 20.0,
+                .tow_mass_kg = 8.0,
+            },
     };
 }
 
@@ -272,14 +346,29 @@ static const char *complaint(const vb_options *options)
     for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
         if (!(fabs(options->self_test_volts[i]) < 10.0))
             return "the self-test's deflection must lie within ±10 V";
+    const vb_motor *motor = &options->motor;
+    const double positive[] = {motor->supply_v,        motor->resistance_ohm, motor->inductance_h,
+                               motor->flux_v_s_a,      motor->gear_ratio,     motor->gear_efficiency,
+                               motor->inertia_kg_m2,   motor->crank_radius_m, motor->rod_length_m};
+    const double at_least_zero[] = {motor->friction_n_m, motor->damping_n_m_s, motor->tow_weight_n,
+                                    motor->tow_drag_n_s2_m2, motor->tow_mass_kg};
+    for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
+        if (!(positive[i] > 0.0 && isfinite(positive[i])))
+            return "the motor's supply, resistance, inductance, flux, gear, inertia and crank must be positive";
+    for (size_t i = 0; i < sizeof at_least_zero / sizeof *at_least_zero; i++)
+        if (!(at_least_zero[i] >= 0.0 && isfinite(at_least_zero[i])))
+            return "the motor's friction and tow must not be negative";
+    if (motor->gear_efficiency > 1.0 || motor->rod_length_m <= motor->crank_radius_m)
+        return "the gear's efficiency must not exceed 1, and the rod must be longer than the crank";
     return NULL;
 }
 
-static void wire_encoder(vb_board *board, int which, uint32_t counts, char port, uint8_t bit_a, uint8_t bit_b)
+static void wire_encoder(vb_board *board, int which, const bench_input *input, uint32_t counts, char port,
+                         uint8_t bit_a, uint8_t bit_b)
 {
     encoder_port *encoder = &board->encoders[which];
     encoder->board = board;
-    encoder_init(&encoder->encoder, &board->bench, which, counts);
+    encoder_init(&encoder->encoder, input, which, counts);
     encoder->a = mcu_input_pin(&board->mcu, port, bit_a);
     encoder->b = mcu_input_pin(&board->mcu, port, bit_b);
     drive_encoder(encoder);
@@ -309,9 +398,15 @@ vb_board *vb_open(const char *elf_path, const vb_options *options, char *error, 
     mcu_watch_pin(&board->mcu, BOARD_PIN_ADC_SYNC_PORT, BOARD_PIN_ADC_SYNC_BIT, sync_changed, board);
     board->self_test = mcu_input_pin(&board->mcu, BOARD_PIN_ACCEL_SELF_TEST_PORT, BOARD_PIN_ACCEL_SELF_TEST_BIT);
     mcu_watch_pin(&board->mcu, BOARD_PIN_ACCEL_SELF_TEST_PORT, BOARD_PIN_ACCEL_SELF_TEST_BIT, self_test_changed, board);
-    wire_encoder(board, ENCODER_CRANK, options->crank_counts_per_revolution, BOARD_PIN_CRANK_A_PORT,
+    board->motor.parameters = options->motor;
+    board->motor_ns = MOTOR_STEP_NS;
+    board->emergency_stop =
+        mcu_input_pin(&board->mcu, BOARD_PIN_EMERGENCY_STOP_PORT, BOARD_PIN_EMERGENCY_STOP_BIT);
+    drive_emergency_stop(board);
+    wire_encoder(board, ENCODER_CRANK, options->crank == VB_CRANK_MOTOR ? &board->shaft : &board->bench,
+                 options->crank_counts_per_revolution, BOARD_PIN_CRANK_A_PORT,
                  BOARD_PIN_CRANK_A_BIT, BOARD_PIN_CRANK_B_BIT);
-    wire_encoder(board, ENCODER_CARRIAGE, options->carriage_counts_per_revolution, BOARD_PIN_CARRIAGE_A_PORT,
+    wire_encoder(board, ENCODER_CARRIAGE, &board->bench, options->carriage_counts_per_revolution, BOARD_PIN_CARRIAGE_A_PORT,
                  BOARD_PIN_CARRIAGE_A_BIT, BOARD_PIN_CARRIAGE_B_BIT);
     vb_reset(board, BOARD_RESET_CAUSE_POWER_ON);
     return board;
@@ -323,6 +418,7 @@ void vb_close(vb_board *board)
         return;
     serial_line_close(&board->serial);
     bench_input_free(&board->bench);
+    bench_input_free(&board->shaft);
     mcu_close(&board->mcu);
     free(board);
 }
@@ -346,9 +442,11 @@ static void discard_old_samples(vb_board *board)
     // An idle ADC does not ask for inputs: move the filters along, up to what it may still ask for.
     afe_advance(&board->afe, fmin(now(board), ad7124_sampling_ns(&board->adc)));
     uint64_t needed = board->afe.cursor;
-    for (int i = 0; i < ENCODER_COUNT; i++)
-        if (board->encoders[i].encoder.cursor < needed)
-            needed = board->encoders[i].encoder.cursor;
+    for (int i = 0; i < ENCODER_COUNT; i++) {
+        const encoder *reader = &board->encoders[i].encoder;
+        if (reader->input == &board->bench && reader->cursor < needed)
+            needed = reader->cursor;
+    }
     bench_input_discard_before(&board->bench, needed);
 }
 
@@ -378,7 +476,8 @@ int vb_push_bench(vb_board *board, const void *bytes, size_t size)
 void vb_restart_bench(vb_board *board)
 {
     for (int i = 0; i < ENCODER_COUNT; i++)
-        encoder_restart(&board->encoders[i].encoder);
+        if (board->encoders[i].encoder.input == &board->bench)
+            encoder_restart(&board->encoders[i].encoder);
     schedule_edges(board);
 }
 
@@ -421,12 +520,14 @@ void vb_set_faults(vb_board *board, const vb_faults *faults)
 {
     board->faults = *faults;
     update_dout(board);
+    drive_emergency_stop(board);
 }
 
 void vb_set_clock_ppm(vb_board *board, double clock_ppm)
 {
     board_clock_set_ppm(&board->clock, board->mcu.avr->cycle, clock_ppm);
     schedule_edges(board);
+    schedule_motor(board);
     schedule_conversion(board);
 }
 
@@ -450,6 +551,9 @@ void vb_get_counters(const vb_board *board, vb_counters *counters)
         .resets = board->mcu.resets - 1,
         .crank_counts = crank->counts,
         .carriage_counts = carriage->counts,
+        .motor_duty = motor_duty(board),
+        .motor_current_a = board->motor.current_a,
+        .crank_rate_rad_s = board->motor.rate_rad_s,
         .crank_edges = crank->edges,
         .carriage_edges = carriage->edges,
         .spi_misuse = board->spi.misuse + board->adc.short_sync_pulses,

@@ -55,6 +55,7 @@ static const char usage[] =
     "  --pty-link PATH         symbolic link to the serial port\n"
     "  --crank-cpr N           crank encoder, counts per revolution after ×4 decoding (4096)\n"
     "  --carriage-cpr N        carriage encoder, likewise (4096)\n"
+    "  --crank-motor           the crank is turned by its motor, which the firmware drives, not by the bench\n"
     "  --clock-ppm X           the board's crystal runs X ppm fast (0)\n"
     "  --adc-clock-ppm X       the ADC's oscillator runs X ppm fast (0)\n"
     "  --seed N                of noise and faults (1)\n"
@@ -114,6 +115,7 @@ enum {
     OPTION_PTY_LINK,
     OPTION_CRANK_CPR,
     OPTION_CARRIAGE_CPR,
+    OPTION_CRANK_MOTOR,
     OPTION_CLOCK_PPM,
     OPTION_ADC_CLOCK_PPM,
     OPTION_SEED,
@@ -133,6 +135,7 @@ static const struct option long_options[] = {
     {"pty-link", required_argument, NULL, OPTION_PTY_LINK},
     {"crank-cpr", required_argument, NULL, OPTION_CRANK_CPR},
     {"carriage-cpr", required_argument, NULL, OPTION_CARRIAGE_CPR},
+    {"crank-motor", no_argument, NULL, OPTION_CRANK_MOTOR},
     {"clock-ppm", required_argument, NULL, OPTION_CLOCK_PPM},
     {"adc-clock-ppm", required_argument, NULL, OPTION_ADC_CLOCK_PPM},
     {"seed", required_argument, NULL, OPTION_SEED},
@@ -166,6 +169,7 @@ static arguments parse_arguments(int argc, char **argv)
         case OPTION_CARRIAGE_CPR:
             options->carriage_counts_per_revolution = (uint32_t)parse_integer(name, optarg, 1, 1000000);
             break;
+        case OPTION_CRANK_MOTOR: options->crank = VB_CRANK_MOTOR; break;
         case OPTION_CLOCK_PPM: options->clock_ppm = parse_number(name, optarg, -1e5, 1e5); break;
         case OPTION_ADC_CLOCK_PPM: options->adc_clock_ppm = parse_number(name, optarg, -1e5, 1e5); break;
         case OPTION_SEED: options->seed = parse_integer(name, optarg, 0, UINT64_MAX); break;

@@ -4,7 +4,6 @@
 #include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <simavr/avr_timer.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -233,6 +232,9 @@ bool mcu_open(mcu *self, const char *elf_path, const char *eeprom_path, uint64_t
     avr->sleep = no_sleep;
     self->external_interrupts = (avr_extint_t *)mcu_module(self, "extint");
     self->watchdog = (avr_watchdog_t *)mcu_module(self, "watchdog");
+    for (avr_io_t *module = avr->io_port; module; module = module->next)
+        if (strcmp(module->kind, "timer") == 0 && ((avr_timer_t *)module)->name == '4')
+            self->pwm_timer = (avr_timer_t *)module;
 
     self->eeprom = (avr_eeprom_t *)mcu_module(self, "eeprom");
     if ((eeprom_path && !map_eeprom(self, eeprom_path, error, error_size)) ||
@@ -324,4 +326,30 @@ void mcu_watch_pin(const mcu *self, char port, uint8_t bit, avr_irq_notify_t cha
     mcu_pin pin = mcu_input_pin(self, port, bit);
     mcu_drive(pin, true);
     avr_irq_register_notify(pin.port->io.irq + bit, changed, context);
+}
+
+bool mcu_output(const mcu *self, char port, uint8_t bit)
+{
+    const avr_ioport_t *of = mcu_port(self, port);
+    const uint8_t *data = self->avr->data;
+    return (data[of->r_ddr] & data[of->r_port]) >> bit & 1;
+}
+
+static unsigned timer_register(const mcu *self, avr_io_addr_t low, avr_io_addr_t high)
+{
+    return self->avr->data[low] | self->avr->data[high] << 8;
+}
+
+double mcu_pwm_duty(const mcu *self, char port, uint8_t bit)
+{
+    avr_t *avr = self->avr;
+    const avr_timer_t *timer = self->pwm_timer;
+    const avr_timer_comp_t *compare = &timer->comp[0];
+    if (!(avr->data[mcu_port(self, port)->r_ddr] >> bit & 1))
+        return 0.0;
+    if (avr_regbit_get(avr, compare->com) != 2)  // clear on match going up, set going down
+        return mcu_output(self, port, bit);
+    unsigned top = timer_register(self, timer->r_icr, timer->r_icrh);
+    unsigned match = timer_register(self, compare->r_ocr, compare->r_ocrh);
+    return top == 0 ? 0.0 : match < top ? (double)match / top : 1.0;
 }

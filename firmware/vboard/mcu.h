@@ -7,6 +7,7 @@
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
+#include <simavr/avr_timer.h>
 #include <simavr/avr_watchdog.h>
 #include <simavr/sim_avr.h>
 #include <stdbool.h>
@@ -18,6 +19,7 @@ typedef struct mcu {
     avr_t *avr;
     avr_extint_t *external_interrupts;
     avr_watchdog_t *watchdog;
+    avr_timer_t *pwm_timer;  // timer 4
     avr_eeprom_t *eeprom;
     uint8_t *own_eeprom;  // simavr's, while a file stands in its place
     avr_io_write_t write_eecr;  // simavr's handler of EECR
@@ -60,6 +62,13 @@ mcu_pin mcu_input_pin(const mcu *self, char port, uint8_t bit);
 void mcu_drive(mcu_pin pin, bool level);
 // After a reset, which has wiped the pin registers but not the level outside.
 void mcu_drive_again(mcu_pin pin);
+
+// Whether the firmware drives a pin high.
+bool mcu_output(const mcu *self, char port, uint8_t bit);
+
+// The share of time that the firmware has a pin high: by timer 4's compare unit A while that has the
+// pin, in a mode with its top in ICR4, else by the port.
+double mcu_pwm_duty(const mcu *self, char port, uint8_t bit);
 
 // Calls when the firmware changes an output pin. The pin is pulled up while it is an input.
 void mcu_watch_pin(const mcu *self, char port, uint8_t bit, avr_irq_notify_t changed, void *context);

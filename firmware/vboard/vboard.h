@@ -21,6 +21,26 @@ extern "C" {
 
 typedef struct vb_board vb_board;
 
+// The crank's motor and what it moves; see crank_motor.h. Seen from the crank where nothing else is said.
+typedef struct vb_motor {
+    double supply_v;
+    double resistance_ohm;     // armature, field and driver
+    double inductance_h;
+    double flux_v_s_a;         // back EMF per motor speed and current; torque per current squared
+    double gear_ratio;         // motor turns per turn of the crank
+    double gear_efficiency;    // when the motor drives
+    double inertia_kg_m2;      // the rotor's through the gear, and the crank's
+    double friction_n_m;       // at any speed
+    double damping_n_m_s;
+    double crank_radius_m;
+    double rod_length_m;       // longer than the radius
+    double tow_weight_n;       // in water, at the slider
+    double tow_drag_n_s2_m2;   // against the slider's heave
+    double tow_mass_kg;        // that heaves with the slider, added mass included
+} vb_motor;
+
+enum { VB_CRANK_BENCH = 0, VB_CRANK_MOTOR = 1 };
+
 typedef struct vb_options {
     uint32_t size;                            // sizeof(vb_options): a caller built for another layout is refused
     uint32_t crank_counts_per_revolution;     // after ×4 decoding
@@ -31,6 +51,8 @@ typedef struct vb_options {
     double adc_clock_ppm;                     // the ADC's internal oscillator runs this much fast
     double noise_volts[BOARD_CHANNEL_COUNT];  // standard deviation of one conversion, at the ADC input
     double self_test_volts[BOARD_CHANNEL_COUNT];  // added at the terminals while the self-test pin is high
+    uint32_t crank;                           // what turns it: VB_CRANK_BENCH, the bench's frames, or VB_CRANK_MOTOR
+    vb_motor motor;
     const char *eeprom_path;                  // file that is the EEPROM, made if missing; NULL: a blank one
 } vb_options;
 
@@ -41,6 +63,10 @@ typedef struct vb_faults {
     double serial_bit_error_rate;    // per data bit, both directions
     double serial_byte_drop_rate;    // per byte, both directions; 1 = cable pulled
     double serial_byte_double_rate;  // per byte, both directions
+    uint32_t emergency_stop_open;    // not 0: the button is pressed, or its wire broken
+    uint32_t crank_blocked;          // not 0: the motor cannot turn it
+    uint32_t crank_encoder_silent;   // not 0: its lines stand still
+    uint32_t tow_parted;             // not 0: the slider moves alone
 } vb_faults;
 
 typedef struct vb_counters {
@@ -54,6 +80,9 @@ typedef struct vb_counters {
     uint64_t resets;                  // after the first power-on
     int64_t crank_counts;             // net edges put on the pins since power-on
     int64_t carriage_counts;
+    double motor_duty;                // 0 to 1: what the pins say; 0 without the enable line
+    double motor_current_a;
+    double crank_rate_rad_s;          // by the motor
     uint64_t crank_edges;
     uint64_t carriage_edges;
     uint64_t spi_misuse;              // bytes in a wrong SPI mode, too fast, or SYNC pulses too short

@@ -16,11 +16,11 @@ import ctypes
 import enum
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 LIBRARY = Path(__file__).resolve().parents[2] / "build/firmware/vboard/libtowtank_vboard.so"
 
@@ -81,8 +81,20 @@ class BenchFrame:
 
 
 class _Structure(ctypes.Structure):
-    def as_dict(self) -> dict[str, int]:
+    def as_dict(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name, *_ in self._fields_}
+
+
+class _Motor(_Structure):
+    _fields_ = tuple(
+        (name, ctypes.c_double)
+        for name in (
+            *("supply_v", "resistance_ohm", "inductance_h", "flux_v_s_a"),
+            *("gear_ratio", "gear_efficiency", "inertia_kg_m2", "friction_n_m", "damping_n_m_s"),
+            *("crank_radius_m", "rod_length_m"),
+            *("tow_weight_n", "tow_drag_n_s2_m2", "tow_mass_kg"),
+        )
+    )
 
 
 class _Options(_Structure):
@@ -96,6 +108,8 @@ class _Options(_Structure):
         ("adc_clock_ppm", ctypes.c_double),
         ("noise_volts", ctypes.c_double * CHANNEL_COUNT),
         ("self_test_volts", ctypes.c_double * CHANNEL_COUNT),
+        ("crank", ctypes.c_uint32),
+        ("motor", _Motor),
         ("eeprom_path", ctypes.c_char_p),
     )
 
@@ -107,6 +121,10 @@ class _Faults(_Structure):
         ("serial_bit_error_rate", ctypes.c_double),
         ("serial_byte_drop_rate", ctypes.c_double),
         ("serial_byte_double_rate", ctypes.c_double),
+        ("emergency_stop_open", ctypes.c_uint32),
+        ("crank_blocked", ctypes.c_uint32),
+        ("crank_encoder_silent", ctypes.c_uint32),
+        ("tow_parted", ctypes.c_uint32),
     )
 
 
@@ -122,6 +140,9 @@ class _Counters(_Structure):
         ("resets", ctypes.c_uint64),
         ("crank_counts", ctypes.c_int64),
         ("carriage_counts", ctypes.c_int64),
+        ("motor_duty", ctypes.c_double),
+        ("motor_current_a", ctypes.c_double),
+        ("crank_rate_rad_s", ctypes.c_double),
         ("crank_edges", ctypes.c_uint64),
         ("carriage_edges", ctypes.c_uint64),
         ("spi_misuse", ctypes.c_uint64),
@@ -179,6 +200,8 @@ class VirtualBoard:
         all channels, six values, or None for the nominal ones of board.yaml.
     self_test_volts: six voltages that the accelerometer's self-test adds at the terminals, or None
         for those of board.yaml.
+    crank_motor: the crank is turned by its 12 V motor, as the firmware drives it, instead of by the
+        bench's frames: the quantities of vb_motor in vboard.h that differ from the nominal ones.
     eeprom: file that is the EEPROM (4096 bytes, made if missing), or None for a blank one.
 
     Raises VirtualBoardError if the library or the firmware cannot be loaded.
@@ -195,6 +218,7 @@ class VirtualBoard:
         seed: int = 1,
         noise_volts: float | Sequence[float] | None = None,
         self_test_volts: Sequence[float] | None = None,
+        crank_motor: Mapping[str, float] | None = None,
         eeprom: str | Path | None = None,
         library: str | Path = LIBRARY,
     ) -> None:
@@ -217,6 +241,12 @@ class VirtualBoard:
             options.noise_volts[:] = noise_volts
         if self_test_volts is not None:
             options.self_test_volts[:] = self_test_volts
+        if crank_motor is not None:
+            options.crank = 1
+            for quantity, value in crank_motor.items():
+                if quantity not in options.motor.as_dict():
+                    raise ValueError(f"the crank's motor has no {quantity}: see vboard.h")
+                setattr(options.motor, quantity, value)
         if eeprom is not None:
             options.eeprom_path = str(eeprom).encode()
         error = ctypes.create_string_buffer(512)
@@ -295,6 +325,10 @@ class VirtualBoard:
         serial_bit_error_rate: float = 0.0,
         serial_byte_drop_rate: float = 0.0,
         serial_byte_double_rate: float = 0.0,
+        emergency_stop_open: bool = False,
+        crank_blocked: bool = False,
+        crank_encoder_silent: bool = False,
+        tow_parted: bool = False,
     ) -> None:
         """Sets all faults at once; those not named are off.
 
@@ -302,6 +336,8 @@ class VirtualBoard:
         adc_silent: the ADC neither answers nor signals.
         serial_*_rate: probabilities per data bit or per byte, in both directions;
             serial_byte_drop_rate = 1 is a pulled cable.
+        emergency_stop_open: the button is pressed, or its wire broken.
+        crank_blocked, crank_encoder_silent, tow_parted: where the motor turns the crank.
         """
         for rate in (serial_bit_error_rate, serial_byte_drop_rate, serial_byte_double_rate):
             if not (math.isfinite(rate) and 0.0 <= rate <= 1.0):
@@ -312,6 +348,10 @@ class VirtualBoard:
             serial_bit_error_rate,
             serial_byte_drop_rate,
             serial_byte_double_rate,
+            emergency_stop_open,
+            crank_blocked,
+            crank_encoder_silent,
+            tow_parted,
         )
         self._library.vb_set_faults(self._handle, ctypes.byref(faults))
 
@@ -325,8 +365,8 @@ class VirtualBoard:
         if self._library.vb_preset(self._handle, variable.encode(), offset, data, len(data)):
             raise ValueError(f"the firmware has no variable '{variable}' of this size")
 
-    def counters(self) -> dict[str, int]:
-        """What has happened since power-on; the names are those of vb_counters in vboard.h."""
+    def counters(self) -> dict[str, Any]:
+        """What has happened since power-on, and the motor: vb_counters in vboard.h."""
         counters = _Counters()
         self._library.vb_get_counters(self._handle, ctypes.byref(counters))
         return counters.as_dict()

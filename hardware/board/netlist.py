@@ -2,7 +2,7 @@
 """The board's circuit: every part and every net, as a SKiDL circuit, and its rule check.
 
 References by block: 1xx fish pressure, 2xx depressor pressure, 3xx accelerometer, 4xx excitation
-and references, 5xx ADC, 6xx logic, 7xx encoders, 8xx supplies. Connectors are J1 to J6.
+and references, 5xx ADC, 6xx logic, 7xx encoders and drive, 8xx supplies. Connectors are J1 to J7.
 """
 
 from __future__ import annotations
@@ -124,6 +124,7 @@ def build() -> Board:
     _logic(board)
     _encoder(board, 700, "J5", "CRANK")
     _encoder(board, 710, "J6", "CARRIAGE")
+    _drive(board)
     return board
 
 
@@ -294,6 +295,9 @@ def _logic(board: Board) -> None:
         PE4="DOUT",
         PL0="SYNC",
         PL1="ST",
+        PH3="DRIVE_PWM",
+        PH4="DRIVE_ENABLE",
+        PH5="E_STOP",
         PD0="CRANK_A",
         PD1="CRANK_B",
         PD2="CARRIAGE_A",
@@ -326,3 +330,19 @@ def _encoder(board: Board, block: int, connector: str, name: str) -> None:
         board.resistor(f"R{block + number}", "2.2k", f"{name}_{track}_IN", "5V")
         board.resistor(f"R{block + 2 + number}", "1k", f"{name}_{track}_IN", f"{name}_{track}")
         board.capacitor(f"C{block + number}", "1n", f"{name}_{track}")
+
+
+def _drive(board: Board) -> None:
+    board.place(
+        parts.TERMINALS[4],
+        "J7",
+        **{"1": "DRIVE_PWM_OUT", "2": "DRIVE_ENABLE_OUT", "3": "E_STOP_LOOP", "4": "GND"},
+    )
+    # In reset the pins float: the motor is off, at the driver's end of the cable as well.
+    for number, signal in ((1, "PWM"), (2, "ENABLE")):
+        board.resistor(f"R72{number}", "1k", f"DRIVE_{signal}", f"DRIVE_{signal}_OUT")
+        board.resistor(f"R72{number + 2}", "100k", f"DRIVE_{signal}", "GND")
+    # The loop is closed to ground through the button; open, or with a broken wire, it is high.
+    board.resistor("R725", "2.2k", "E_STOP_LOOP", "5V")
+    board.resistor("R726", "1k", "E_STOP", "E_STOP_LOOP")
+    board.capacitor("C721", "100n", "E_STOP")

@@ -201,6 +201,9 @@ MEGA_PINS = {
     "0": "PE0",
     "1": "PE1",
     "2": "PE4",
+    "6": "PH3",
+    "7": "PH4",
+    "8": "PH5",
     "13": "PB7",
     "18": "PD3",
     "19": "PD2",
@@ -213,7 +216,7 @@ MEGA_PINS = {
     "52": "PB1",
     "53": "PB0",
 }
-_MEGA_OUTPUTS = ("48", "49", "51", "52", "53")
+_MEGA_OUTPUTS = ("6", "7", "48", "49", "51", "52", "53")
 _MEGA_FREE = ("0", "1", "13")  # wired on the Mega itself: USB bridge and LED
 MEGA = Kind(
     "Arduino Mega 2560",

@@ -214,8 +214,16 @@ def logic(board: Board) -> Sheet:
         sheet.flag("GND", (3.5, y - 10))
 
     encoders = ["PD0", "PD1", "PD2", "PD3"]
+    drive = ["PH3", "PH4", "PH5"]
     spi = ["PB0", "PB1", "PB2", "PB3", "PE4", "PL0", "PL1"]
-    sheet.box("A601", (22, 0), 6, left=["VIN", "5V", "GND", None, *encoders], right=spi, pitch=1.5)
+    sheet.box(
+        "A601",
+        (22, 0),
+        6,
+        left=["VIN", "5V", "GND", None, *encoders],
+        right=[*spi, None, *drive],
+        pitch=1.5,
+    )
     for name in encoders:
         sheet.flag(board.net_of("A601", name), sheet.pins["A601", name], "left")
     sheet.wire((21, 0), (20, 0), (20, 1.5))
@@ -223,7 +231,7 @@ def logic(board: Board) -> Sheet:
     sheet.flag("12V", (20, 4), "up")
     sheet.flag("5V", (21, -1.5), "left")
     sheet.flag("GND", (21, -3))
-    for name in spi:
+    for name in (*spi, *drive):
         sheet.flag(board.net_of("A601", name), sheet.pins["A601", name])
 
     shifted = ["1A1", "1A2", "1A3", "1A4", "2A1"]
@@ -244,11 +252,11 @@ def logic(board: Board) -> Sheet:
     sheet.flag("3V3", sheet.pins["U601", "VCC"])
     sheet.flag("GND", sheet.pins["U601", "GND"])
 
-    sheet.box("U602", (24, -17), 4, left=("A", "OE", "GND"), right=("Y", "VCC"))
-    sheet.flag("DOUT_3V3", (23, -17), "left")
-    _to_ground(sheet, (23, -19), (23, -21))
-    sheet.flag("DOUT", (29, -17))
-    sheet.flag("5V", (29, -19))
+    sheet.box("U602", (24, -21), 4, left=("A", "OE", "GND"), right=("Y", "VCC"))
+    sheet.flag("DOUT_3V3", (23, -21), "left")
+    _to_ground(sheet, (23, -23), (23, -25))
+    sheet.flag("DOUT", (29, -21))
+    sheet.flag("5V", (29, -23))
 
     sheet.flag("3V3", (35, -20), "up")
     sheet.two("R601", (35, -22.5), (35, -20))
@@ -258,11 +266,36 @@ def logic(board: Board) -> Sheet:
     return sheet
 
 
+def drive(board: Board) -> Sheet:
+    """The connector of the crank's drive."""
+    sheet = Sheet(board)
+    for y, pull_down, series, signal in (
+        (0, "R723", "R721", "PWM"),
+        (-6, "R724", "R722", "ENABLE"),
+    ):
+        sheet.flag(f"DRIVE_{signal}", (0, y), "left")
+        sheet.wire((0, y), (2, y), (5, y))
+        _to_ground_by(sheet, pull_down, (2, y))
+        sheet.two(series, (5, y), (8, y))
+        sheet.wire((8, y), (11, y))
+    sheet.flag("E_STOP", (0, -12), "left")
+    sheet.wire((0, -12), (2, -12), (5, -12))
+    _to_ground_by(sheet, "C721", (2, -12))
+    sheet.two("R726", (5, -12), (8, -12))
+    sheet.wire((8, -12), (9.5, -12), (11, -12))
+    sheet.two("R725", (9.5, -12), (9.5, -9.5))
+    sheet.flag("5V", (9.5, -9.5), "up")
+    sheet.box("J7", (12, 0), 4, left=("1", None, None, "2", None, None, "3", "4"))
+    sheet.flag("GND", (11, -14))
+    return sheet
+
+
 SHEETS = {
     "1_pressure": pressure,
     "2_supplies": supplies,
     "3_converter": converter,
     "4_logic": logic,
+    "5_drive": drive,
 }
 
 

@@ -30,6 +30,7 @@ CONNECTORS = {
     "J4": ("LIS3L06AL", ("Vdd", "GND", "Voutx", "Vouty", "Voutz", "ST")),
     "J5": ("crank encoder", ("+5 V", "0 V", "A", "B")),
     "J6": ("carriage encoder", ("+5 V", "0 V", "A", "B")),
+    "J7": ("crank drive", ("driver's PWM", "driver's enable", "emergency-stop button", "0 V")),
 }
 
 

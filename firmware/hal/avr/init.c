@@ -20,6 +20,7 @@ void hal_init(void)
     adc_bus_init();
     encoders_init();
     accelerometer_init();
+    motor_drive_init();
     sei();
 }
 

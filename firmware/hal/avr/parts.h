@@ -10,6 +10,7 @@ void serial_flush(void); // waits until the UART has all but the last bytes
 void adc_bus_init(void);
 void encoders_init(void);
 void accelerometer_init(void);
+void motor_drive_init(void);
 void reset_init(void);
 
 #endif

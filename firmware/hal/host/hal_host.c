@@ -114,6 +114,24 @@ void hal_adc_restart(void)
     hal_host.adc.sync(hal_host.adc.device, true);
 }
 
+void hal_drive_on(uint16_t duty)
+{
+    assert(duty <= 10000);
+    hal_host.drive_enabled = true;
+    hal_host.drive_duty = duty;
+}
+
+void hal_drive_off(void)
+{
+    hal_host.drive_enabled = false;
+    hal_host.drive_duty = 0;
+}
+
+bool hal_emergency_stop_closed(void)
+{
+    return !hal_host.emergency_stop_open;
+}
+
 void hal_encoders_read(struct hal_encoders *encoders)
 {
     *encoders = hal_host.encoders;

@@ -50,6 +50,9 @@ struct hal_host {
     bool locked;
     bool sync_high;
     bool accelerometer_self_test;
+    bool drive_enabled;
+    uint16_t drive_duty;
+    bool emergency_stop_open;
     uint32_t resets;
     uint32_t watchdog_kicks;
     uint32_t led_toggles;

@@ -43,6 +43,8 @@ static uint8_t answer_size(uint8_t command)
         return HEALTH_FRAME_SIZE;
     case BOARD_COMMAND_CONFIGURATION:
         return CONFIGURE_ARGUMENTS_SIZE;
+    case BOARD_COMMAND_DRIVE:
+        return DRIVE_RESPONSE_SIZE;
     default:
         return 0;
     }
@@ -56,7 +58,7 @@ static void judge_response(const uint8_t *payload, uint8_t length)
     if (payload[2] == BOARD_STATUS_OK)
         REQUIRE(length == 3 + answer_size(command));
     else
-        REQUIRE(length == 3 && payload[2] <= BOARD_STATUS_STORAGE_FAULT);
+        REQUIRE(length == 3 && payload[2] <= BOARD_STATUS_DRIVE_TRIPPED);
 }
 
 static void judge(const uint8_t *payload, uint8_t length)
@@ -67,6 +69,9 @@ static void judge(const uint8_t *payload, uint8_t length)
         break;
     case BOARD_FRAME_HEALTH:
         REQUIRE(length == 1 + HEALTH_FRAME_SIZE);
+        break;
+    case BOARD_FRAME_DRIVE:
+        REQUIRE(length == 1 + DRIVE_FRAME_SIZE);
         break;
     case BOARD_FRAME_BOOT:
         REQUIRE(length == 1 + BOOT_FRAME_SIZE);

@@ -120,6 +120,20 @@ def test_encoders_are_on_the_firmwares_pins(board, signal, connector, pole, seri
     assert far_end(board, board.net_of(connector, pole), series) == arduino_net(board, signal)
 
 
+@pytest.mark.parametrize(
+    ("signal", "pole", "series"),
+    [("drive_pwm", "1", "R721"), ("drive_enable", "2", "R722"), ("emergency_stop", "3", "R726")],
+)
+def test_drive_is_on_the_firmwares_pins(board, signal, pole, series):
+    assert far_end(board, board.net_of("J7", pole), series) == arduino_net(board, signal)
+
+
+def test_drive_is_off_while_the_mega_is_in_reset(board):
+    for signal, pull_down in (("drive_pwm", "R723"), ("drive_enable", "R724")):
+        assert far_end(board, arduino_net(board, signal), pull_down) == "GND"
+    assert far_end(board, board.net_of("J7", "3"), "R725") == "5V"  # a broken loop reads as open
+
+
 def test_usb_and_led_are_left_to_the_mega(board):
     for signal in ("host_rx", "host_tx", "led"):
         assert arduino_net(board, signal) is None

@@ -39,6 +39,7 @@ from towtank_daq.protocol import (
     Answer,
     BootRecord,
     DataRecord,
+    DriveRecord,
     HealthRecord,
     Identity,
     Protocol,
@@ -116,6 +117,24 @@ class Scan:
     """Encoder counts at the tick, unwrapped."""
 
 
+@dataclass(frozen=True, slots=True)
+class DriveState:
+    """How the crank's drive is. Names of state and trip are those of board.yaml."""
+
+    ticks: int
+    """Board time, unwrapped."""
+    state: str
+    trip: str
+    target_rpm: float
+    setpoint_rpm: float
+    """On its ramp to the target."""
+    speed_rpm: float
+    """Of the crank, measured."""
+    duty: float
+    """Of the PWM, 0 to 1."""
+    emergency_stop_closed: bool
+
+
 @dataclass(slots=True)
 class Statistics:
     """What has happened since start()."""
@@ -163,12 +182,14 @@ class AdcBoard:
         on_warning: Callable[[str], None],
         monotonic_ns: Callable[[], int] = time.monotonic_ns,
         patience_s: float = _PATIENCE_S,
+        on_drive: Callable[[DriveState], None] = lambda state: None,
     ) -> None:
         """patience_s: how long a run waits for a line or a board that has gone."""
         self._transport = transport
         self._protocol = protocol
         self._on_scan = on_scan
         self._on_warning = on_warning
+        self._on_drive = on_drive
         self._now_ns = monotonic_ns
         self._patience_ns = round(1e9 * patience_s)
         self._board = protocol.board
@@ -180,6 +201,7 @@ class AdcBoard:
         )
         self.statistics = Statistics(frames=self._reader.counters)
         self.health: HealthRecord | None = None
+        self.drive_state: DriveState | None = None
         self.identity: Identity | None = None
         self._last_frame_ns = 0
         self._boot_count: int | None = None
@@ -282,6 +304,44 @@ class AdcBoard:
             if exchange is not None:
                 return exchange
         raise NoAnswer("the board does not answer 'sync': check its cable")
+
+    def drive(self, action: str, speed_rpm: float = 0.0, counts_per_revolution: int = 0) -> None:
+        """Ask the crank's drive for an action of board.yaml's `drive_action`.
+
+        speed_rpm, counts_per_revolution: for `run`, which must be repeated within the board's
+        `command_timeout_s`; the counts are negative for an encoder that counts backwards.
+        Raises BoardError for what the drive cannot do.
+        """
+        limits = self._board.drive.speed_rpm
+        if action == "run" and not limits.minimum <= speed_rpm <= limits.maximum:
+            raise BoardError(
+                f"the crank cannot be driven at {speed_rpm:g} rpm: give {limits.minimum:g} to "
+                f"{limits.maximum:g} rpm"
+            )
+        if action == "run" and not 512 <= abs(counts_per_revolution) < 2**15:
+            raise BoardError(
+                f"the drive cannot be led by an encoder of {abs(counts_per_revolution)} counts a "
+                "revolution: use one of 512 to 32767"
+            )
+        try:
+            self._command(
+                "drive",
+                action=self._board.drive_action[action],
+                speed=round(100 * speed_rpm),
+                counts_per_revolution=counts_per_revolution,
+            )
+        except BoardError as error:
+            if "drive tripped" not in str(error):
+                raise
+            self._wait(self._now_ns() + round(1e9 * _ANSWER_TIMEOUT_S), self._trip_is_known)
+            trip = self.drive_state.trip if self.drive_state else "none"
+            advice = TRIP_ADVICE.get(trip, "look at the drive, then clear the trip")
+            raise BoardError(
+                f"the drive is stopped ({trip.replace('_', ' ')}): {advice}"
+            ) from error
+
+    def _trip_is_known(self) -> bool:
+        return self.drive_state is not None and self.drive_state.trip != "none"
 
     def start(self) -> None:
         """Learn the board's clock and start the stream; scans count from 0."""
@@ -533,6 +593,8 @@ class AdcBoard:
                     self._take_response(record, received_ns)
                 case HealthRecord():
                     self._take_health(record)
+                case DriveRecord():
+                    self._take_drive(record, received_ns)
                 case BootRecord():
                     self._take_boot(record)
         return True
@@ -583,6 +645,22 @@ class AdcBoard:
         self._boot_count = record.boot_count
         self.health = record
 
+    def _take_drive(self, record: DriveRecord, received_ns: int) -> None:
+        board = self._board
+        # Before the clock is known, the low half as it came
+        near = self.clock.ticks(received_ns) if self.clock.points else record.ticks
+        self.drive_state = DriveState(
+            ticks=unwrap(record.ticks, 32, near),
+            state=_name(board.drive_state, record.state),
+            trip=_name(board.drive_trip, record.trip),
+            target_rpm=record.target / 100,
+            setpoint_rpm=record.setpoint / 100,
+            speed_rpm=record.speed / 100,
+            duty=record.duty / 10_000,
+            emergency_stop_closed=bool(record.emergency_stop_closed),
+        )
+        self._on_drive(self.drive_state)
+
     def _take_boot(self, record: BootRecord) -> None:
         self._boot_count = record.boot_count
         self._booted = True
@@ -597,9 +675,25 @@ class AdcBoard:
             self._down = f"the board was reset ({self._protocol.reset_causes(cause)})"
 
     def _forget_counts(self) -> None:
+        self.drive_state = None
         self._crank.board_was_reset()
         self._carriage.board_was_reset()
 
+
+def _name(names: dict[str, int], number: int) -> str:
+    """What board.yaml calls a number."""
+    return next((name for name, value in names.items() if value == number), f"number {number}")
+
+
+TRIP_ADVICE = {
+    "emergency_stop": "close the emergency-stop loop, then clear the trip",
+    "overspeed": "see what let the crank run ahead (a lost load?), then clear the trip",
+    "stall": "free the crank, check motor supply and encoder, then clear the trip",
+    "host_silence": "see why the host went silent, then clear the trip",
+    "encoder": "the encoder counts against the rig's direction: exchange A and B or correct the "
+    "rig, then clear the trip",
+}
+"""What to do about a trip of the drive, by its name in board.yaml."""
 
 _CONFIGURATION_LOST = {
     "stored_older": "the board lost power while it stored a configuration: it has the one before",
@@ -610,5 +704,6 @@ _MENDS = {
     "adc_fault": ": check the ADC's supply and SPI wiring",
     "does_not_fit": ": lower the rate or the filter word, or scan fewer channels",
     "storage_fault": ": its EEPROM is worn out or damaged; replace the microcontroller",
+    "drive_turns": ": stop the crank first",
     "not_idle": ": another program is using it; stop that, or reset the board",
 }

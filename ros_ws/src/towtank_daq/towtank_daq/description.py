@@ -88,6 +88,11 @@ class _SelfTest(BaseModel):
     limits: dict[str, _Range]
 
 
+class _Drive(BaseModel):
+    speed_rpm: _Range
+    command_timeout_s: float = Field(gt=0)
+
+
 class _Wire(BaseModel):
     baud: int = Field(gt=0)
     maximum_payload: int = Field(gt=0, le=252)
@@ -115,10 +120,14 @@ class BoardDescription(BaseModel):
     adc: _Adc
     channels: list[_Input] = Field(min_length=1, max_length=8)
     self_test: _SelfTest
+    drive: _Drive
     wire: _Wire
     status: dict[str, int]
     board_state: dict[str, int]
     configuration_origin: dict[str, int]
+    drive_state: dict[str, int]
+    drive_trip: dict[str, int]
+    drive_action: dict[str, int]
     data_flags: dict[str, int]
     reset_cause: dict[str, int]
     stream: dict[str, _Frame]

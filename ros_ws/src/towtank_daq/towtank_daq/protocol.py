@@ -87,6 +87,28 @@ class BootRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class DriveRecord:
+    """How the crank's drive is; speeds in 0.01 rpm, duty in 0.01 %."""
+
+    ticks: int
+    state: int
+    trip: int
+    target: int
+    setpoint: int
+    speed: int
+    duty: int
+    emergency_stop_closed: int
+
+
+@dataclass(frozen=True, slots=True)
+class DriveAnswer:
+    """Answer to `drive`."""
+
+    state: int
+    trip: int
+
+
+@dataclass(frozen=True, slots=True)
 class Identity:
     """Who the board is: answer to `identify`."""
 
@@ -171,7 +193,7 @@ class Response:
     data: bytes
 
 
-StreamRecord = DataRecord | HealthRecord | BootRecord
+StreamRecord = DataRecord | HealthRecord | BootRecord | DriveRecord
 Answer = (
     Identity
     | Configured
@@ -182,12 +204,14 @@ Answer = (
     | ResetTaken
     | BoardTime
     | HealthRecord
+    | DriveAnswer
 )
 
 _STREAM_RECORDS: dict[str, type] = {
     "data": DataRecord,
     "health": HealthRecord,
     "boot": BootRecord,
+    "drive": DriveRecord,
 }
 _ANSWERS: dict[str, type] = {
     "identify": Identity,
@@ -199,13 +223,14 @@ _ANSWERS: dict[str, type] = {
     "configuration": ConfigurationRecord,
     "self_test": SelfTestRecord,
     "reset": ResetTaken,
+    "drive": DriveAnswer,
 }
 
 
 # --------------------------------------------------------------------------------- layouts
 
 
-_INTEGERS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "i64": "q"}
+_INTEGERS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i16": "h", "i32": "i", "i64": "q"}
 _BYTES = {"u8": 1, "u24": 3}
 """Elements that are handled as bytes, where `struct` has no such type or no such array."""
 

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drive.h"
+
+#include "hal.h"
+
+#define STEP_TICKS (BOARD_TICK_HZ / BOARD_DRIVE_CONTROL_HZ)
+#define FULL_DUTY INT32_C(10000)
+
+// Counts in 1/256 that the reference advances in a step, for each 0.01 rpm and count per revolution:
+// 256 / (6000 · BOARD_DRIVE_CONTROL_HZ), in lowest terms.
+#define ADVANCE_FACTOR 8u
+#define ADVANCE_DIVISOR (UINT32_C(6000) * BOARD_DRIVE_CONTROL_HZ / 32u)
+_Static_assert(ADVANCE_DIVISOR * 32u == UINT32_C(6000) * BOARD_DRIVE_CONTROL_HZ,
+               "choose another control rate");
+_Static_assert(ADVANCE_DIVISOR <= UINT16_MAX, "the remainder has 16 bits");
+_Static_assert((uint64_t)BOARD_DRIVE_SPEED_MAXIMUM * INT16_MAX * ADVANCE_FACTOR +
+                       ADVANCE_DIVISOR <= UINT32_MAX,
+               "the reference's step has 32 bits");
+
+// Speed of one count per revolution and window: 6000 · steps a second / steps a window.
+#define SPEED_FACTOR (INT32_C(6000) * (int32_t)BOARD_DRIVE_CONTROL_HZ / (int32_t)BOARD_DRIVE_WINDOW_STEPS)
+
+// The integral's angles are in 1/10240 revolution: 40 of them are 1/256.
+#define ANGLE_FACTOR 40
+// The lag at which the integral alone asks for the full duty: more would only have to be undone.
+#define LARGEST_ANGLE (FULL_DUTY * 256 / BOARD_DRIVE_INTEGRAL_Q8)
+
+static int32_t crank_count(const struct drive *drive)
+{
+    struct hal_encoders encoders;
+    uint8_t state = hal_lock();
+    hal_encoders_read(&encoders);
+    hal_unlock(state);
+    // Unsigned, for a count may pass its end
+    return drive->backwards ? (int32_t)(0u - (uint32_t)encoders.crank) : encoders.crank;
+}
+
+static int32_t difference(int32_t later, int32_t earlier)
+{
+    return (int32_t)((uint32_t)later - (uint32_t)earlier);
+}
+
+static uint8_t place_after(uint8_t place)
+{
+    return place + 1u < BOARD_DRIVE_WINDOW_STEPS ? (uint8_t)(place + 1u) : 0;
+}
+
+static void enter(struct drive *drive, uint8_t state)
+{
+    drive->state = state;
+    drive->news = true;
+}
+
+static void power_off(struct drive *drive)
+{
+    drive->duty = 0;
+    drive->setpoint = 0;
+    drive->target = 0;
+    hal_drive_off();
+}
+
+static void trip(struct drive *drive, uint8_t cause)
+{
+    power_off(drive);
+    drive->trip = cause;
+    enter(drive, BOARD_DRIVE_STATE_TRIPPED);
+}
+
+void drive_init(struct drive *drive, uint32_t now)
+{
+    *drive = (struct drive){.last_step = now, .last_frame = now};
+    power_off(drive);
+}
+
+bool drive_turns(const struct drive *drive)
+{
+    return drive->state == BOARD_DRIVE_STATE_RUNNING || drive->state == BOARD_DRIVE_STATE_STOPPING;
+}
+
+// ---- what the host asks for
+
+static void begin(struct drive *drive, uint32_t now)
+{
+    int32_t count = crank_count(drive);
+    for (uint8_t i = 0; i < BOARD_DRIVE_WINDOW_STEPS; i++)
+        drive->counts[i] = count;
+    drive->last_count = count;
+    drive->mark = count;
+    drive->moved = false;
+    drive->speed = 0;
+    drive->remainder = 0;
+    drive->lag = 0;
+    drive->last_step = now;
+    drive->last_movement = now;
+}
+
+static uint8_t run(struct drive *drive, const struct drive_arguments *request, uint32_t now)
+{
+    int16_t counts = request->counts_per_revolution;
+    uint16_t magnitude = (uint16_t)(counts < 0 ? -(int32_t)counts : counts);
+    if (request->speed < BOARD_DRIVE_SPEED_MINIMUM || request->speed > BOARD_DRIVE_SPEED_MAXIMUM ||
+        magnitude < BOARD_DRIVE_MOVEMENT_PARTS || magnitude > INT16_MAX)
+        return BOARD_STATUS_BAD_ARGUMENT;
+    if (drive_turns(drive) && (magnitude != drive->counts_per_revolution ||
+                               (counts < 0) != drive->backwards))
+        return BOARD_STATUS_BAD_ARGUMENT; // of another encoder, in the middle of a run
+    if (drive->trip == BOARD_DRIVE_TRIP_NONE && !hal_emergency_stop_closed())
+        trip(drive, BOARD_DRIVE_TRIP_EMERGENCY_STOP);
+    if (drive->trip != BOARD_DRIVE_TRIP_NONE)
+        return BOARD_STATUS_DRIVE_TRIPPED;
+    if (!drive_turns(drive)) {
+        drive->counts_per_revolution = magnitude;
+        drive->backwards = counts < 0;
+        begin(drive, now);
+    }
+    drive->target = request->speed;
+    drive->last_command = now;
+    if (drive->state != BOARD_DRIVE_STATE_RUNNING)
+        enter(drive, BOARD_DRIVE_STATE_RUNNING);
+    return BOARD_STATUS_OK;
+}
+
+static void stop_softly(struct drive *drive)
+{
+    if (drive->state != BOARD_DRIVE_STATE_RUNNING)
+        return;
+    drive->target = 0;
+    enter(drive, BOARD_DRIVE_STATE_STOPPING);
+}
+
+static uint8_t clear_trip(struct drive *drive)
+{
+    if (drive_turns(drive) || (drive->trip != BOARD_DRIVE_TRIP_NONE && !hal_emergency_stop_closed()))
+        return BOARD_STATUS_DRIVE_TRIPPED;
+    drive->trip = BOARD_DRIVE_TRIP_NONE;
+    if (drive->state != BOARD_DRIVE_STATE_STOPPED)
+        enter(drive, BOARD_DRIVE_STATE_STOPPED);
+    return BOARD_STATUS_OK;
+}
+
+uint8_t drive_command(struct drive *drive, const struct drive_arguments *request, uint32_t now)
+{
+    switch (request->action) {
+    case BOARD_DRIVE_ACTION_STOP:
+        stop_softly(drive);
+        return BOARD_STATUS_OK;
+    case BOARD_DRIVE_ACTION_RUN:
+        return run(drive, request, now);
+    case BOARD_DRIVE_ACTION_EMERGENCY_STOP:
+        trip(drive, BOARD_DRIVE_TRIP_EMERGENCY_STOP);
+        return BOARD_STATUS_OK;
+    case BOARD_DRIVE_ACTION_CLEAR_TRIP:
+        return clear_trip(drive);
+    default:
+        return BOARD_STATUS_BAD_ARGUMENT;
+    }
+}
+
+// ---- control
+
+static void follow_ramp(struct drive *drive)
+{
+    int32_t step = (int32_t)drive->target - drive->setpoint;
+    int32_t largest = BOARD_DRIVE_RAMP_A_STEP;
+    step = step > largest ? largest : step < -largest ? -largest : step;
+    drive->setpoint = (uint16_t)(drive->setpoint + step);
+}
+
+// Moves the reference on by a step and the crank by what it has turned. The lag is the speed's exact
+// integral: its steps lose nothing, so that the mean speed is the setpoint to a count.
+static void follow_reference(struct drive *drive, int32_t turned)
+{
+    uint32_t advance = (uint32_t)drive->setpoint * drive->counts_per_revolution * ADVANCE_FACTOR +
+                       drive->remainder;
+    drive->remainder = (uint16_t)(advance % ADVANCE_DIVISOR);
+    int32_t lag = drive->lag + (int32_t)(advance / ADVANCE_DIVISOR) - turned * 256;
+    int32_t largest = (int32_t)drive->counts_per_revolution * LARGEST_ANGLE / ANGLE_FACTOR;
+    drive->lag = lag < 0 ? 0 : lag > largest ? largest : lag;
+}
+
+static void control(struct drive *drive)
+{
+    int32_t angle = drive->lag * ANGLE_FACTOR / drive->counts_per_revolution;
+    int32_t error = (int32_t)drive->setpoint - drive->speed;
+    int32_t duty = (error * BOARD_DRIVE_PROPORTIONAL_Q8 + angle * BOARD_DRIVE_INTEGRAL_Q8) / 256;
+    drive->duty = (uint16_t)(duty < 0 ? 0 : duty > FULL_DUTY ? FULL_DUTY : duty);
+    hal_drive_on(drive->duty);
+}
+
+// Returns what the crank has turned since the step before.
+static int32_t measure_speed(struct drive *drive, int32_t count)
+{
+    int32_t step = difference(count, drive->last_count);
+    drive->last_count = count;
+    int32_t turned = difference(count, drive->counts[drive->oldest]);
+    drive->counts[drive->oldest] = count;
+    drive->oldest = place_after(drive->oldest);
+    int32_t largest = drive->counts_per_revolution; // ten times the fastest speed
+    turned = turned > largest ? largest : turned < -largest ? -largest : turned;
+    int32_t speed = turned * SPEED_FACTOR / drive->counts_per_revolution;
+    drive->speed = (int16_t)(speed > INT16_MAX ? INT16_MAX : speed < -INT16_MAX ? -INT16_MAX : speed);
+    return step;
+}
+
+// How long a crank may stand: a silent encoder must not let the motor run away, which takes it the less
+// time the faster it turns.
+static uint32_t stall_patience(const struct drive *drive)
+{
+    if (!drive->moved)
+        return BOARD_DRIVE_START_TICKS;
+    uint32_t part = BOARD_TICK_HZ / BOARD_DRIVE_STALL_PARTS * 6000u;
+    uint32_t longest = part / BOARD_DRIVE_STALL_TICKS;
+    return drive->setpoint > longest ? part / drive->setpoint : BOARD_DRIVE_STALL_TICKS;
+}
+
+// The trip that the crank's movement calls for.
+static uint8_t judge(struct drive *drive, int32_t count, uint32_t now)
+{
+    int32_t moved = difference(count, drive->mark);
+    if (moved >= drive->counts_per_revolution / (int32_t)BOARD_DRIVE_MOVEMENT_PARTS) {
+        drive->mark = count;
+        drive->moved = true;
+        drive->last_movement = now;
+    }
+    if (moved <= -(drive->counts_per_revolution / (int32_t)BOARD_DRIVE_REVERSE_PARTS))
+        return BOARD_DRIVE_TRIP_ENCODER;
+    if (drive->speed > (int32_t)drive->setpoint + (int32_t)BOARD_DRIVE_OVERSPEED)
+        return BOARD_DRIVE_TRIP_OVERSPEED;
+    // A crank that comes to rest before the end of its soft stop has done what it should.
+    if (drive->state == BOARD_DRIVE_STATE_RUNNING &&
+        now - drive->last_movement > stall_patience(drive))
+        return BOARD_DRIVE_TRIP_STALL;
+    return BOARD_DRIVE_TRIP_NONE;
+}
+
+static void control_step(struct drive *drive, uint32_t now)
+{
+    int32_t count = crank_count(drive);
+    int32_t turned = measure_speed(drive, count);
+    if (!drive_turns(drive))
+        return;
+    if (drive->state == BOARD_DRIVE_STATE_RUNNING &&
+        now - drive->last_command > BOARD_DRIVE_COMMAND_TIMEOUT_TICKS) {
+        drive->trip = BOARD_DRIVE_TRIP_HOST_SILENCE;
+        stop_softly(drive);
+    }
+    uint8_t cause = judge(drive, count, now);
+    if (cause != BOARD_DRIVE_TRIP_NONE) {
+        trip(drive, cause);
+        return;
+    }
+    follow_ramp(drive);
+    if (drive->setpoint == 0 && drive->target == 0) {
+        power_off(drive);
+        enter(drive, drive->trip == BOARD_DRIVE_TRIP_NONE ? BOARD_DRIVE_STATE_STOPPED
+                                                          : BOARD_DRIVE_STATE_TRIPPED);
+        return;
+    }
+    follow_reference(drive, turned);
+    control(drive);
+}
+
+static void send(struct drive *drive, struct transmitter *transmitter, uint32_t now)
+{
+    struct drive_frame frame = {
+        .ticks = now,
+        .state = drive->state,
+        .trip = drive->trip,
+        .target = drive->target,
+        .setpoint = drive->setpoint,
+        .speed = drive->speed,
+        .duty = drive->duty,
+        .emergency_stop_closed = hal_emergency_stop_closed(),
+    };
+    uint8_t payload[1 + DRIVE_FRAME_SIZE] = {BOARD_FRAME_DRIVE};
+    drive_frame_pack(payload + 1, &frame);
+    transmit(transmitter, payload, sizeof payload);
+    drive->last_frame = now;
+    drive->news = false;
+}
+
+void drive_watch(struct drive *drive)
+{
+    if (drive_turns(drive) && !hal_emergency_stop_closed())
+        trip(drive, BOARD_DRIVE_TRIP_EMERGENCY_STOP);
+}
+
+void drive_poll(struct drive *drive, struct transmitter *transmitter, uint32_t now)
+{
+    uint32_t frame_ticks = drive_turns(drive) ? BOARD_DRIVE_FRAME_MOVING_TICKS
+                                              : BOARD_DRIVE_FRAME_STANDING_TICKS;
+    bool has_run = drive->counts_per_revolution != 0; // also at rest: a tow may turn the crank
+    if (has_run && now - drive->last_step >= STEP_TICKS) {
+        // By whole steps, so that the reference keeps the board's time. A main loop that was held up
+        // leaves steps out and does not make up for them.
+        drive->last_step += (now - drive->last_step) / STEP_TICKS * STEP_TICKS;
+        control_step(drive, now);
+    } else if (drive->news || now - drive->last_frame >= frame_ticks) {
+        send(drive, transmitter, now);
+    }
+}
