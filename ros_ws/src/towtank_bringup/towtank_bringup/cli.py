@@ -14,6 +14,7 @@ VERBS = {
     "sweep": "A study over the parameters of a rig.",
     "rig": "Work with rig files.",
     "doctor": "Look whether a connected board is well.",
+    "crank": "Drive the crank of a running trial's board.",
     "calibrate": "Calibrate a sensor, guided or from readings.",
     "inertia": "Moment of inertia from a bifilar suspension.",
     "trim": "Ballast and trim of a fish from weighings.",

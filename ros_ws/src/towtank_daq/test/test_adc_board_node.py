@@ -2,6 +2,7 @@
 """The board's node on a port: the virtual board in real time, and ports that are none."""
 
 import itertools
+import math
 import os
 import pty
 import re
@@ -23,7 +24,8 @@ from towtank_daq.adc_board_node import AdcBoardNode
 from towtank_daq.board import AdcBoard
 from towtank_daq.framing import FrameReader, encode_frame
 from towtank_daq.serial_port import SerialPort
-from towtank_interfaces.msg import AdcScan
+from towtank_interfaces.msg import AdcScan, CrankDrive
+from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 
 ROOT = Path(__file__).parents[4]
@@ -67,6 +69,7 @@ class Graph:
     def close(self) -> None:
         self.node.close()
         self.node.destroy_node()
+        self.node.drive_node.destroy_node()
         self.listener.destroy_node()
         rclpy.try_shutdown()
 
@@ -85,7 +88,7 @@ def graph():
         made.close()
 
 
-def start_board(tmp_path: Path) -> subprocess.Popen:
+def start_board(tmp_path: Path, *options: str) -> subprocess.Popen:
     """The virtual board's process; its port is tmp_path/board."""
     process = subprocess.Popen(
         [
@@ -93,6 +96,7 @@ def start_board(tmp_path: Path) -> subprocess.Popen:
             "--elf", BUILD / "towtank_board.elf",
             "--pty-link", tmp_path / "board",
             "--bench-socket", tmp_path / "bench",
+            *options,
         ],
         stdout=subprocess.PIPE,
         text=True,
@@ -404,3 +408,49 @@ def test_rig_wired_otherwise_is_refused(tmp_path):
     ended = run("adc_board_node", f"rig:={changed}", "port:=/dev/null")
     assert ended.returncode == 1
     assert "board.channels: the rig has depressor_pressure, fish_pressure" in ended.stderr
+
+
+@pytest.mark.real_time
+@pytest.mark.timeout(60)
+def test_the_crank_is_driven_by_service(graph, tmp_path):
+    """On the virtual board's motor: started, tripped by the host, refused, cleared, stopped."""
+    board = start_board(tmp_path, "--crank-motor")
+    made = graph(tmp_path / "board")
+    made.executor.add_node(made.node.drive_node)
+    states = []
+    made.listener.create_subscription(CrankDrive, "/crank_drive/state", states.append, RELIABLE_QOS)
+    client = made.listener.create_client(SetCrankSpeed, "/crank_drive/set_speed")
+
+    def ask(action, rpm=0.0) -> SetCrankSpeed.Response:
+        made.spin_until(client.service_is_ready)
+        request = SetCrankSpeed.Request(action=action, crank_rate=rpm * 2 * math.pi / 60)
+        future = client.call_async(request)
+        made.spin_until(future.done)
+        return future.result()
+
+    wanted = SetCrankSpeed.Request
+    assert "activate it first" in ask(wanted.RUN, 30.0).message
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    assert "give 5 to 60 rpm" in ask(wanted.RUN, 61.0).message
+    assert ask(9).message.startswith("no action 9")
+    answer = ask(wanted.RUN, 10.0)
+    assert answer.success, answer.message
+    made.spin_until(lambda: states and states[-1].setpoint_rate > 1.0)
+    last = states[-1]
+    assert (last.state, last.trip) == (CrankDrive.RUNNING, CrankDrive.NONE)
+    assert last.target_rate == pytest.approx(10.0 * 2 * math.pi / 60)
+    assert last.emergency_stop_closed
+    made.spin_until(lambda: states[-1].crank_rate > 0.5)
+    assert ask(wanted.EMERGENCY_STOP).success
+    made.spin_until(lambda: states[-1].state == CrankDrive.TRIPPED)
+    assert (states[-1].trip, states[-1].duty) == (CrankDrive.EMERGENCY_STOP, 0.0)
+    refused = ask(wanted.RUN, 10.0)
+    assert not refused.success
+    assert "close the emergency-stop loop, then clear the trip" in refused.message
+    assert ask(wanted.CLEAR_TRIP).success
+    made.spin_until(lambda: states[-1].state == CrankDrive.STOPPED)
+    made.node.trigger_deactivate()
+    assert "activate it first" in ask(wanted.RUN, 10.0).message
+    board.terminate()
+    board.communicate()

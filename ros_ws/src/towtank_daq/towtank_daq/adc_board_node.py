@@ -1,32 +1,38 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lifecycle node that owns the ADC board and publishes its scans.
 
-configure: open the port, find the board, check its schema; activate: start the stream; deactivate:
-stop it; cleanup: close the port. While active, one thread of its own sits in the serial port's
-read and publishes each scan as its frame is complete (rclpy's publish may be called from any
-thread, and handing over to the executor would cost a wake-up a scan). The thread is the only user
-of the driver as long as it runs. When the board fails, the node goes back to unconfigured, says
-why, and can be configured again.
+configure: open the port, find the board, check its schema; activate: start the stream;
+deactivate: stop it; cleanup: close the port. While active, one thread of its own sits in the
+serial port's read and publishes each scan, and the drive's state, as its frame is complete
+(rclpy's publish may be called from any thread, and handing over to the executor would cost a
+wake-up a scan). The thread is the only user of the driver as long as it runs, and so it also
+serves the crank's drive. When the board fails, the node goes back to unconfigured, says why, and
+can be configured again.
 """
 
 from __future__ import annotations
 
+import math
 import statistics
 import sys
 import threading
 import time
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
-from towtank_node.main import run_node
+from towtank_node.main import run_nodes
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp
 from towtank_rig import RigError, load_rig
+from towtank_rig.conversion import crank_encoder
 
 from towtank_daq.board import AdcBoard, BoardError, Scan
 from towtank_daq.configuration import configuration_at
+from towtank_daq.crank_drive import CrankDrive
+from towtank_daq.crank_drive_node import CrankDriveNode
 from towtank_daq.description import (
     BoardDescription,
     DescriptionError,
@@ -36,7 +42,7 @@ from towtank_daq.description import (
 from towtank_daq.protocol import Protocol, ProtocolError
 from towtank_daq.serial_port import SerialPort
 
-_POLL_S = 0.2  # how soon the serial thread sees that it shall end
+_POLL_S = 0.05  # how soon the serial thread sees that it shall end, or what the drive is asked for
 _FAILURES = (BoardError, OSError)
 
 
@@ -71,6 +77,10 @@ class AdcBoardNode(LifecycleNode):
             ],
         )
         _check_channels(parameters.rig, board)
+        crank = crank_encoder(load_rig(parameters.rig))
+        counts = round(math.copysign(crank.counts_per_revolution, crank.per_count))
+        self._drive = CrankDrive(counts, self._on_warning)
+        self.drive_node = CrankDriveNode(self.get_namespace(), board)
         self._protocol = Protocol(board)
         self._port_path = parameters.port
         self._patience_s = parameters.patience_s
@@ -102,6 +112,7 @@ class AdcBoardNode(LifecycleNode):
                 self._publish,
                 self._on_warning,
                 patience_s=self._patience_s,
+                on_drive=self.drive_node.publish,
             )
             identity = self._board.connect()
             self._board.configure(self._configuration)
@@ -128,6 +139,7 @@ class AdcBoardNode(LifecycleNode):
         self._ending.clear()
         self._thread = threading.Thread(target=self._serve, name="serial", daemon=True)
         self._thread.start()
+        self.drive_node.attend(self._drive)
         self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")
         return result
 
@@ -135,6 +147,7 @@ class AdcBoardNode(LifecycleNode):
         self._join()
         try:
             if not self._failure:
+                self._drive.release(self._board)
                 self._board.stop()
         except _FAILURES as error:
             self._failure = str(error)
@@ -161,6 +174,7 @@ class AdcBoardNode(LifecycleNode):
         self._join()
         if self._board is not None and self._board.streaming and not self._failure:
             try:
+                self._drive.release(self._board)
                 self._board.stop()
             except _FAILURES as error:
                 self.get_logger().warning(str(error))
@@ -174,6 +188,7 @@ class AdcBoardNode(LifecycleNode):
         try:
             while not self._ending.is_set():
                 self._board.poll(_POLL_S)
+                self._drive.serve(self._board)
         except _FAILURES as error:
             self._failure = str(error)
             self._failed.trigger()
@@ -204,10 +219,12 @@ class AdcBoardNode(LifecycleNode):
             self.trigger_deactivate()
 
     def _join(self) -> None:
+        self.drive_node.attend(None)
         if self._thread is not None:
             self._ending.set()
             self._thread.join()
             self._thread = None
+        self._drive.refuse("the board's node is not active any more")
 
     def _fail(self, message: str) -> None:
         self._failure = message
@@ -262,5 +279,11 @@ def _check_channels(rig_path: str, board: BoardDescription) -> None:
         )
 
 
+def make_nodes() -> list[Node]:
+    """Make the board's node, and that of the crank's drive on it."""
+    board = AdcBoardNode()
+    return [board, board.drive_node]
+
+
 def main() -> None:
-    sys.exit(run_node(AdcBoardNode, (RigError, DescriptionError, ProtocolError)))
+    sys.exit(run_nodes(make_nodes, (RigError, DescriptionError, ProtocolError)))

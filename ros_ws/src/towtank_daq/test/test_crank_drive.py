@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the host wants of the crank's drive, on a board that keeps a list of what it was told."""
+
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from towtank_daq.board import BoardError
+from towtank_daq.crank_drive import RPM, CrankDrive
+
+
+class Board:
+    """Says yes to everything, or raises what it is given."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple] = []
+        self.error: Exception | None = None
+        self.statistics = SimpleNamespace(restarts=0, reconnections=0)
+        self.drive_state = SimpleNamespace(trip="none")
+
+    def drive(self, action, speed_rpm=0.0, counts_per_revolution=0):
+        if self.error:
+            raise self.error
+        self.told.append((action, speed_rpm, counts_per_revolution))
+
+
+class Host:
+    def __init__(self) -> None:
+        self.now_s = 100.0
+        self.dropped: list[str] = []
+        self.board = Board()
+        self.drive = CrankDrive(-4096, self.dropped.append, lambda: self.now_s)
+
+    def pass_time(self, seconds: float) -> None:
+        end_s = self.now_s + seconds
+        while self.now_s < end_s:
+            self.now_s += 0.05
+            self.drive.serve(self.board)
+
+
+@pytest.fixture
+def host():
+    return Host()
+
+
+def test_nothing_is_said_unasked(host):
+    host.pass_time(10.0)
+    assert host.board.told == []
+
+
+def test_a_speed_is_asked_for_again_until_something_else_is(host):
+    asked = host.drive.ask("run", 30 * RPM)
+    host.pass_time(1.0)
+    assert asked.done()
+    assert asked.exception() is None
+    assert len(host.board.told) == 4  # every 0.25 s; the board gives up after 1 s
+    for action, rpm, counts in host.board.told:
+        assert (action, counts) == ("run", -4096)
+        assert rpm == pytest.approx(30.0)
+    host.board.told.clear()
+    host.drive.ask("stop")
+    host.pass_time(5.0)
+    assert host.board.told == [("stop", 0.0, 0)]
+
+
+def test_a_refusal_reaches_the_one_who_asked_and_ends_it(host):
+    host.board.error = BoardError("the crank cannot be driven at 70 rpm: give 5 to 60 rpm")
+    asked = host.drive.ask("run", 70 * RPM)
+    host.pass_time(0.1)
+    with pytest.raises(BoardError, match="give 5 to 60 rpm"):
+        asked.result(0)
+    host.board.error = None
+    host.pass_time(5.0)
+    assert host.board.told == []
+
+
+@pytest.mark.parametrize("what", ["restarts", "reconnections"])
+def test_a_crank_does_not_start_by_itself_after_an_interruption(host, what):
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(1.0)
+    setattr(host.board.statistics, what, 1)
+    host.board.told.clear()
+    host.pass_time(5.0)
+    assert host.board.told == []
+    assert host.dropped == [
+        "the crank is no longer driven: the board or its line was gone: set the crank's speed again"
+    ]
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(0.1)
+    assert len(host.board.told) == 1
+
+
+def test_a_trip_ends_the_wish(host):
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(1.0)
+    host.board.drive_state = SimpleNamespace(trip="stall")
+    host.board.told.clear()
+    host.pass_time(1.0)
+    host.board.drive_state = SimpleNamespace(trip="none")  # somebody has cleared it
+    host.pass_time(5.0)
+    assert host.board.told == []
+    assert host.dropped == ["the crank is no longer driven: the drive has tripped (stall)"]
+
+
+def test_a_failure_in_the_run_is_told(host):
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(1.0)
+    host.board.error = OSError("port board is gone")
+    host.pass_time(1.0)
+    host.board.error = None
+    host.pass_time(1.0)
+    assert host.dropped == ["the crank is no longer driven: port board is gone"]
+
+
+def test_who_waits_is_answered_when_the_board_is_given_up(host):
+    asked, gone = host.drive.ask("run", 30 * RPM), host.drive.ask("stop")
+    gone.cancel()
+    host.drive.refuse("the board's node is not active any more")
+    with pytest.raises(BoardError, match="not active"):
+        asked.result(0)
+    host.pass_time(1.0)
+    assert host.board.told == []
+
+
+def test_a_driven_crank_is_stopped_on_release(host):
+    host.drive.release(host.board)
+    assert host.board.told == []
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(0.1)
+    host.drive.release(host.board)
+    assert host.board.told[-1] == ("stop", 0.0, 0)
+    host.drive.release(host.board)
+    assert len(host.board.told) == 2
+
+
+@given(st.lists(st.sampled_from(["run", "stop", "emergency_stop", "clear_trip", "cancelled run"])))
+def test_the_last_word_holds(words):
+    host = Host()
+    for word in words:
+        asked = host.drive.ask(word.split()[-1], 30 * RPM)
+        if word.startswith("cancelled"):
+            asked.cancel()
+    host.pass_time(0.1)
+    host.board.told.clear()
+    host.pass_time(1.0)
+    heard = [word for word in words if not word.startswith("cancelled")]
+    assert bool(host.board.told) == (bool(heard) and heard[-1] == "run")

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the host wants of the crank's drive, and how it keeps the board told.
+
+Requests come from any thread; the one thread that uses the driver serves them between its scans. A
+speed is asked for again four times a second, so that the board stops the crank by itself when this
+program dies. What could have changed behind the host's back, a reset of the board, a line that was
+gone, a trip, ends the wish for a speed: the crank never starts by itself.
+"""
+
+from __future__ import annotations
+
+import math
+import queue
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+from towtank_daq.board import AdcBoard, BoardError
+
+RPM = 2.0 * math.pi / 60.0
+"""One revolution per minute, rad/s."""
+_REPEAT_S = 0.25
+
+
+@dataclass(frozen=True)
+class _Request:
+    action: str
+    rate: float
+    done: Future[None] = field(default_factory=Future)
+
+
+class CrankDrive:
+    """The drive of one board.
+
+    counts_per_revolution: of the crank's encoder, negative where its count falls while the crank
+    turns forward. on_dropped: called, by the serving thread, with a line that says why the crank is
+    no longer driven.
+    """
+
+    def __init__(
+        self,
+        counts_per_revolution: int,
+        on_dropped: Callable[[str], None],
+        monotonic_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._counts = counts_per_revolution
+        self._on_dropped = on_dropped
+        self._now_s = monotonic_s
+        self._requests: queue.SimpleQueue[_Request] = queue.SimpleQueue()
+        self._wanted: float | None = None  # rpm
+        self._asked_s = -math.inf
+        self._interruptions = (0, 0)
+
+    def ask(self, action: str, rate: float = 0.0) -> Future[None]:
+        """Ask for an action of board.yaml's `drive_action`; `rate` in rad/s is for `run`.
+
+        The future is done once the board has agreed, or holds the BoardError or OSError.
+        """
+        request = _Request(action, rate)
+        self._requests.put(request)
+        return request.done
+
+    def serve(self, board: AdcBoard) -> None:
+        """Tell the board what is due. To be called often, by the thread that uses the driver."""
+        self._drop_what_was_interrupted(board)
+        while True:
+            try:
+                request = self._requests.get_nowait()
+            except queue.Empty:
+                break
+            self._carry_out(request, board)
+        if self._wanted is not None and self._now_s() - self._asked_s >= _REPEAT_S:
+            try:
+                self._run(board, self._wanted)
+            except (BoardError, OSError) as error:
+                self._drop(str(error))
+
+    def refuse(self, why: str) -> None:
+        """Answer all that wait with BoardError: there is no board to ask."""
+        self._wanted = None
+        while True:
+            try:
+                request = self._requests.get_nowait()
+            except queue.Empty:
+                return
+            if request.done.set_running_or_notify_cancel():
+                request.done.set_exception(BoardError(why))
+
+    def release(self, board: AdcBoard) -> None:
+        """Stop a crank that this host drives, softly: the driver is about to be given up."""
+        if self._wanted is not None:
+            self._wanted = None
+            board.drive("stop")
+
+    def _carry_out(self, request: _Request, board: AdcBoard) -> None:
+        if not request.done.set_running_or_notify_cancel():
+            return
+        try:
+            if request.action == "run":
+                self._run(board, request.rate / RPM)
+            else:
+                self._wanted = None
+                board.drive(request.action)
+        except (BoardError, OSError) as error:
+            request.done.set_exception(error)
+        else:
+            request.done.set_result(None)
+
+    def _run(self, board: AdcBoard, rpm: float) -> None:
+        board.drive("run", rpm, self._counts)
+        self._wanted = rpm
+        self._asked_s = self._now_s()
+        self._interruptions = _interruptions(board)
+
+    def _drop_what_was_interrupted(self, board: AdcBoard) -> None:
+        if self._wanted is None:
+            return
+        if _interruptions(board) != self._interruptions:
+            self._drop("the board or its line was gone: set the crank's speed again")
+        elif board.drive_state is not None and board.drive_state.trip != "none":
+            self._drop(f"the drive has tripped ({board.drive_state.trip.replace('_', ' ')})")
+
+    def _drop(self, why: str) -> None:
+        self._wanted = None
+        self._on_dropped(f"the crank is no longer driven: {why}")
+
+
+def _interruptions(board: AdcBoard) -> tuple[int, int]:
+    return board.statistics.restarts, board.statistics.reconnections

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node of the crank's drive: a service to set it, a topic for its state.
+
+It lives in the process of the board's node, whose serial thread is the only user of the driver:
+that thread serves the requests (crank_drive.py) and publishes the states as they come. The drive
+can be set while the board's node is active.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import TimeoutError as NotInTime
+
+from rclpy.node import Node
+from towtank_interfaces.msg import CrankDrive as CrankDriveMessage
+from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.qos import RELIABLE_QOS
+
+from towtank_daq.board import TRIP_ADVICE, BoardError, DriveState
+from towtank_daq.crank_drive import RPM, CrankDrive
+from towtank_daq.description import BoardDescription
+
+_ANSWER_S = 2.0
+_PERIOD_S = 0.1  # of the board's frames while the crank turns
+_ACTIONS = {
+    SetCrankSpeed.Request.STOP: "stop",
+    SetCrankSpeed.Request.RUN: "run",
+    SetCrankSpeed.Request.EMERGENCY_STOP: "emergency_stop",
+    SetCrankSpeed.Request.CLEAR_TRIP: "clear_trip",
+}
+
+
+class CrankDriveNode(Node):
+    """The drive of the board that the process has, in that node's namespace."""
+
+    def __init__(self, namespace: str, board: BoardDescription) -> None:
+        # The process's name and parameters are those of the board's node
+        super().__init__("crank_drive", namespace=namespace, use_global_arguments=False)
+        self._board = board
+        self._drive: CrankDrive | None = None
+        self._trip = "none"
+        self._message = CrankDriveMessage()
+        self._message.header.frame_id = "crank_drive"
+        self._publisher = self.create_publisher(CrankDriveMessage, "~/state", RELIABLE_QOS)
+        self.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
+        self.diagnostics = NodeDiagnostics(self, _PERIOD_S, lambda: {"trip": self._trip})
+        self.diagnostics.ready()
+
+    def attend(self, drive: CrankDrive | None) -> None:
+        """Pass the service's requests to a drive from now on, or refuse them."""
+        self._drive = drive
+
+    def publish(self, state: DriveState) -> None:
+        """Publish what the board has told, and report a trip. From the serial thread."""
+        message = self._message
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.state = self._board.drive_state.get(state.state, 255)
+        message.trip = self._board.drive_trip.get(state.trip, 255)
+        message.target_rate = state.target_rpm * RPM
+        message.setpoint_rate = state.setpoint_rpm * RPM
+        message.crank_rate = state.speed_rpm * RPM
+        message.duty = state.duty
+        message.emergency_stop_closed = state.emergency_stop_closed
+        self._publisher.publish(message)
+        if state.trip != self._trip:
+            self._trip = state.trip
+            if state.trip == "none":
+                self.diagnostics.ready()
+            else:
+                advice = TRIP_ADVICE.get(state.trip, "look at the drive, then clear the trip")
+                self.get_logger().error(f"{state.trip.replace('_', ' ')}: {advice}")
+                self.diagnostics.fail(f"{state.trip.replace('_', ' ')}: {advice}")
+
+    def _on_set_speed(
+        self, request: SetCrankSpeed.Request, response: SetCrankSpeed.Response
+    ) -> SetCrankSpeed.Response:
+        action = _ACTIONS.get(request.action)
+        if action is None:
+            response.message = f"no action {request.action}: give one of SetCrankSpeed's constants"
+        elif self._drive is None:
+            response.message = "the board's node is not active: activate it first"
+        else:
+            asked = self._drive.ask(action, request.crank_rate)
+            try:
+                asked.result(_ANSWER_S)
+                response.success = True
+            except NotInTime:
+                if action == "run":
+                    asked.cancel()  # a crank that starts late would surprise
+                response.message = f"no answer within {_ANSWER_S:g} s: is the board still there?"
+            except (BoardError, OSError) as error:
+                response.message = str(error)
+        return response
