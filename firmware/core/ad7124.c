@@ -12,7 +12,7 @@
 #define RESET_WAIT_MS 5u
 #define ID_FAMILY 0x10u // upper half of ID; the lower half differs between revisions
 
-// ADC_CONTROL: status behind every conversion, DOUT held until CS rises (the AVR samples the last
+// ADC_CONTROL: status behind every conversion, DOUT held until CS rises (a master samples the last
 // bit at the clock edge on which DOUT would otherwise turn into RDY), internal reference on, full
 // power, continuous conversion, internal clock.
 #define CONTROL_DATA_STATUS (1u << 10)

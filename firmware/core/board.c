@@ -97,8 +97,7 @@ void board_poll(struct board *board)
         hal_reset();
     }
 
-    uint64_t time = hal_time();
-    uint32_t now = (uint32_t)time;
+    uint32_t now = (uint32_t)hal_time();
     if (board->scan.streaming && now - board->last_host_frame > BOARD_HOST_SILENCE_TICKS)
         scan_stop(&board->scan);
     if (time_to_spare && now - board->last_health >= HEALTH_PERIOD_TICKS) {
@@ -107,7 +106,6 @@ void board_poll(struct board *board)
     } else if (time_to_spare) {
         drive_poll(&board->drive, &board->transmitter, now);
     }
-    // The sample timer while it runs, else the time base's overflow, every 33 ms.
     watchdog_poll(&board->watchdog,
-                  board->scan.streaming ? scan_scheduled(&board->scan) : (uint32_t)(time >> 16));
+                  board->scan.streaming ? scan_scheduled(&board->scan) : hal_beat());
 }

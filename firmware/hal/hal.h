@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the firmware asks of its microcontroller. core/ reaches the hardware through these functions
-// only; hal/avr/ implements them with registers, hal/host/ with a model for tests.
+// only; hal/avr/ and hal/stm32f405/ implement them with registers, hal/host/ with a model for tests.
 //
 // Every function is called from the main loop unless it says otherwise.
 #ifndef HAL_H
@@ -17,6 +17,8 @@ void hal_init(void);
 
 uint64_t hal_time(void);
 void hal_delay_ms(uint8_t milliseconds);
+// Changes at least every 0.1 s, and only by an interrupt: it stands still when interrupts do.
+uint32_t hal_beat(void);
 
 // Keeps interrupts out of a few instructions; hand the returned state back to hal_unlock.
 uint8_t hal_lock(void);

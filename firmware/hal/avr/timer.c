@@ -35,6 +35,14 @@ ISR(TIMER1_OVF_vect)
     overflows++;
 }
 
+uint32_t hal_beat(void)
+{
+    uint8_t state = hal_lock();
+    uint32_t beats = overflows; // one every 33 ms
+    hal_unlock(state);
+    return beats;
+}
+
 uint64_t hal_time(void)
 {
     uint8_t state = hal_lock();

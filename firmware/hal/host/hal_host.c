@@ -55,6 +55,11 @@ uint64_t hal_time(void)
     return hal_host.time;
 }
 
+uint32_t hal_beat(void)
+{
+    return (uint32_t)(hal_host.time >> 16);
+}
+
 void hal_delay_ms(uint8_t milliseconds)
 {
     hal_host_advance((uint64_t)milliseconds * (BOARD_TICK_HZ / 1000));
@@ -170,26 +175,6 @@ void hal_serial_write(const uint8_t *bytes, uint8_t count)
     memcpy(hal_host.sent + hal_host.sent_length, bytes, count);
     hal_host.sent_length += count;
     hal_host_advance((uint64_t)count * TICKS_A_SERIAL_BYTE);
-}
-
-uint16_t hal_crc16_ccitt(uint16_t crc, const uint8_t *bytes, uint8_t count)
-{
-    for (uint8_t i = 0; i < count; i++) {
-        crc = (uint16_t)(crc ^ bytes[i] << 8);
-        for (int bit = 0; bit < 8; bit++)
-            crc = (uint16_t)((crc & 0x8000) != 0 ? crc << 1 ^ 0x1021 : crc << 1);
-    }
-    return crc;
-}
-
-uint8_t hal_crc8_ccitt(uint8_t crc, const uint8_t *bytes, uint8_t count)
-{
-    for (uint8_t i = 0; i < count; i++) {
-        crc = (uint8_t)(crc ^ bytes[i]);
-        for (int bit = 0; bit < 8; bit++)
-            crc = (uint8_t)((crc & 0x80) != 0 ? crc << 1 ^ 0x07 : crc << 1);
-    }
-    return crc;
 }
 
 void hal_eeprom_read(uint16_t address, uint8_t *bytes, uint8_t count)

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Timer 3 makes the PWM on its channel 1.
+#include "board_protocol.h"
+#include "clock.h"
+#include "hal.h"
+#include "parts.h"
+#include "pins.h"
+
+#define PERIOD (APB1_TIMER_HZ / BOARD_DRIVE_PWM_HZ)
+#define FULL_DUTY 10000u
+
+void motor_drive_init(void)
+{
+    pin_set(DRIVE, DRIVE_ENABLE_PIN, false);
+    pin_set(DRIVE, DRIVE_PWM_PIN, false);
+    pin_output(DRIVE, DRIVE_ENABLE_PIN);
+    pin_output(DRIVE, DRIVE_PWM_PIN);
+    pin_pull_up(DRIVE, EMERGENCY_STOP_PIN);
+    TIM3->PSC = 0;
+    TIM3->ARR = PERIOD - 1;
+    TIM3->CCMR1 = TIM_CCMR1_OC1M_PWM_1 | TIM_CCMR1_OC1PE;
+    TIM3->CCER = TIM_CCER_CC1E;
+    TIM3->CR1 = TIM_CR1_CEN;
+}
+
+void hal_drive_on(uint16_t duty)
+{
+    TIM3->CCR1 = duty * PERIOD / FULL_DUTY; // taken over at the next period: no short pulse
+    pin_alternate(DRIVE, DRIVE_PWM_PIN, DRIVE_FUNCTION);
+    pin_set(DRIVE, DRIVE_ENABLE_PIN, true);
+}
+
+void hal_drive_off(void)
+{
+    pin_set(DRIVE, DRIVE_ENABLE_PIN, false);
+    pin_output(DRIVE, DRIVE_PWM_PIN); // the port's again, low
+    TIM3->CCR1 = 0;
+    TIM3->EGR = TIM_EGR_UG; // at once
+}
+
+bool hal_emergency_stop_closed(void)
+{
+    return !pin_is_high(DRIVE, EMERGENCY_STOP_PIN);
+}
