@@ -14,11 +14,13 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from towtank_bringup.rigs import rig_path
 from towtank_rig import Rig, load_rig
-from towtank_workshop import drawings, tow_fish
+from towtank_workshop import crank, depressor, drawings, junction, tow_fish, whole_tow
+from towtank_workshop.equilibrium import hang
 from towtank_workshop.sheet import (
     HEIGHT,
     MARGIN,
     WIDTH,
+    Dimension,
     DrawingError,
     Sheet,
     length_label,
@@ -40,15 +42,20 @@ def number_in(text: str) -> float:
     return float(re.search(r"[−\d.]+", text)[0].replace("−", "-"))
 
 
+def rounded_amiss(dimension: Dimension) -> bool:
+    shown = abs(number_in(dimension.label.text))
+    return abs(shown - 1e3 * dimension.value) > 0.5001 * 10.0**-dimension.label.decimals
+
+
 def untrue(sheet: Sheet) -> list[str]:
-    """Dimensions whose drawn length or whose number is not what they measure; texts show 0.1 mm."""
+    """Dimensions whose drawn length or whose number is not what they measure."""
     return [
         dimension.label.text
         for dimension in sheet.dimensions
         if not math.isclose(
             math.dist(*dimension.ends), 1e3 * dimension.value * dimension.scale, abs_tol=1e-6
         )
-        or abs(abs(number_in(dimension.label.text)) - 1e3 * dimension.value) > 0.05 + 1e-6
+        or rounded_amiss(dimension)
     ]
 
 
@@ -191,6 +198,71 @@ def test_scales():
         scale_for(1000.0, 100.0)
 
 
+def test_the_other_sheets_have_the_dimensions_of_their_rig():
+    """By hand from the rig files: the stroke is twice the crank's radius, with a rod, too."""
+    assert labels(depressor.draw(NIT, 1, 1)) == {"⌀110": False}
+    assert labels(crank.draw(NIT, 1, 1)) == {"R60": False, "(120)": False}
+    assert labels(crank.draw(RIGS["wu_chwang_2001"], 1, 1)) == {
+        "R100": False,
+        "350": False,
+        "(200)": False,
+    }
+    tow = labels(whole_tow.draw(NIT, 1, 1))
+    assert tow["2200"] is False and tow["200 [100 … 500]"] is True
+
+
+def weight_of_the_tow(rig: Rig) -> float:
+    """In water, N, with what the stretch above water weighs more."""
+    lines = (rig.lines.primary, rig.lines.depressor, rig.lines.secondary)
+    mass = sum(line.length.value * line.weight_in_water_per_length.value for line in lines)
+    mass += rig.depressor.apparent_mass_in_water.value + rig.fish.apparent_mass_in_water.value
+    primary = rig.lines.primary
+    lost = primary.mass_per_length.value - primary.weight_in_water_per_length.value
+    mass += lost * max(rig.tow_point.height.value, 0.0)
+    return mass * rig.water.gravity.value
+
+
+def test_the_tow_at_rest_hangs_straight_with_its_weight():
+    """The uppermost node's half segment (0.06 m, 0.14 N) is not in its segment's tension; ropes
+    stretch by 1.4e-4."""
+    rest = hang(NIT, 0.0)
+    assert rest.tensions["primary"] == pytest.approx(weight_of_the_tow(NIT), abs=0.2)
+    assert rest.junction == pytest.approx((0.0, 0.2 - 1.2), abs=3e-4)
+    assert rest.depressor == pytest.approx((0.0, 0.2 - 1.2 - 0.3), abs=4e-4)
+    assert rest.fish == pytest.approx((-0.55, 0.2 - 1.2 - 1.0), abs=4e-4)
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_forces_balance_at_the_junction(name):
+    """But for what hangs on the junction's node itself: weight and drag (square to the flow, the
+    greatest) of half a segment of each line."""
+    rig = RIGS[name]
+    speed = rig.run.carriage_speed.value
+    towed = hang(rig, speed)
+    pull = [0.0, 0.0]
+    hanging = 0.0
+    for name, direction in junction.directions(towed).items():
+        assert math.hypot(*direction) == pytest.approx(1.0)
+        for axis in (0, 1):
+            pull[axis] += towed.at_junction[name] * direction[axis]
+        line = getattr(rig.lines, name)
+        drag = line.normal_drag.value * 0.5 * rig.water.density.value * speed**2
+        weight = line.weight_in_water_per_length.value * rig.water.gravity.value
+        half = line.length.value / line.segments / 2.0
+        hanging += half * (weight + drag * line.diameter.value)
+    assert math.hypot(*pull) <= hanging
+
+
+def test_a_tow_on_the_floor_is_said():
+    long = NIT.replace({"lines.primary.length": 2.0})
+    assert whole_tow.clearance(long, hang(long, 0.0)) == pytest.approx(
+        whole_tow.clearance(NIT, hang(NIT, 0.0)) - 0.8, abs=1e-3
+    )
+    for rig, said in ((NIT, False), (long, True)):
+        words = " ".join(text.get_text() for text in whole_tow.draw(rig, 1, 1).texts)
+        assert ("LIES ON THE FLOOR" in words) is said
+
+
 def anywhere_in_range(path: str) -> st.SearchStrategy[float]:
     quantity = dict(NIT.quantities())[path]
     return st.floats(*quantity.range)
@@ -208,8 +280,8 @@ CHANGED = (
 )
 
 
-# Shrinking would redraw hundreds of sheets.
-@settings(max_examples=5, phases=[Phase.generate])
+# Shrinking would redraw hundreds of sheets; the layout is not to fail by chance.
+@settings(max_examples=5, phases=[Phase.generate], derandomize=True)
 @given(st.fixed_dictionaries({path: anywhere_in_range(path) for path in CHANGED}))
 def test_any_rig_within_its_ranges_is_drawn_true(changes):
     changed: Rig = NIT.replace(changes)

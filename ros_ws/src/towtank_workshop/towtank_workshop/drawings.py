@@ -7,11 +7,15 @@ from collections.abc import Callable
 
 from towtank_rig import Rig
 
-from towtank_workshop import tow_fish
+from towtank_workshop import crank, depressor, junction, tow_fish, whole_tow
 from towtank_workshop.sheet import Sheet
 
 SHEETS: dict[str, Callable[[Rig, int, int], Sheet]] = {
     "1_tow_fish": tow_fish.draw,
+    "2_depressor": depressor.draw,
+    "3_crank": crank.draw,
+    "4_junction": junction.draw,
+    "5_whole_tow": whole_tow.draw,
 }
 
 

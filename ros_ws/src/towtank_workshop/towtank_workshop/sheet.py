@@ -11,7 +11,7 @@ import io
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -22,7 +22,7 @@ from matplotlib.transforms import Bbox
 from towtank_rig import Quantity, Rig
 
 Point = tuple[float, float]
-Rows = Mapping[str, Quantity | str]
+Rows = Mapping[str, "Quantity | Label"]
 
 WIDTH, HEIGHT = 420.0, 297.0  # A3
 MARGIN = 10.0
@@ -58,9 +58,9 @@ def scale_text(scale: float) -> str:
     return f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
 
 
-def millimetres(value: float) -> str:
-    """Return a length, m, in mm, to a tenth."""
-    text = f"{1e3 * value:.1f}".removesuffix(".0")
+def millimetres(value: float, decimals: int = 1) -> str:
+    """Return a length, m, in mm."""
+    text = f"{1e3 * value:.{decimals}f}".removesuffix(".0")
     return "0" if text == "-0" else text.replace("-", "−")
 
 
@@ -75,10 +75,11 @@ def quantity_text(quantity: Quantity) -> str:
 
 @dataclass(frozen=True)
 class Label:
-    """The text of a dimension; `assumed` is drawn distinctly."""
+    """The text of a dimension, rounded to so many decimals; `assumed` is drawn distinctly."""
 
     text: str
     assumed: bool
+    decimals: int = 1
 
     @property
     def colour(self) -> str:
@@ -95,10 +96,14 @@ def length_label(quantity: Quantity, before: str = "") -> Label:
     return Label(f"{text} [{low} … {high}]", True)
 
 
-def derived_label(value: float, parts: Iterable[Quantity], before: str = "") -> Label:
-    """Return a length, m, that follows from others, one of them perhaps assumed; in parentheses."""
-    assumed = any(part.basis == "assumed" for part in parts)
-    return Label(f"({before}{millimetres(value)})", assumed)
+def follows(text: str, parts: Iterable[Quantity]) -> Label:
+    """Return the text of what follows from others, one of them perhaps assumed; in parentheses."""
+    return Label(f"({text})".replace("-", "−"), any(part.basis == "assumed" for part in parts))
+
+
+def derived_label(value: float, parts: Iterable[Quantity], decimals: int = 1) -> Label:
+    """Return the label of a length, m, that follows from others."""
+    return replace(follows(millimetres(value, decimals), parts), decimals=decimals)
 
 
 @dataclass(frozen=True)
@@ -280,19 +285,18 @@ class Sheet:
         self.text(place, text, vertical="top")
 
     def quantities(self, place: Point, widths: tuple[float, float], rows: Rows) -> None:
-        """A table of named quantities, or of texts, its upper left corner at a place."""
+        """A table of quantities and of what follows from them; `place`: its upper left corner."""
         x, y = place
         right = x + sum(widths)
         self.line([(x, y), (right, y)], width=0.35)
         for number, (name, entry) in enumerate(rows.items(), 1):
             bottom = y - _ROW * number
             self.line([(x, bottom), (right, bottom)], width=0.13)
-            is_quantity = isinstance(entry, Quantity)
-            text = quantity_text(entry) if is_quantity else entry
-            assumed = is_quantity and entry.basis == "assumed"
+            if isinstance(entry, Quantity):
+                entry = Label(quantity_text(entry), entry.basis == "assumed")
             middle = bottom + _ROW / 2
             self.text((x + 1.0, middle), name, size=7)
-            self.text((x + widths[0], middle), text, 7, ASSUMED if assumed else INK)
+            self.text((x + widths[0], middle), entry.text, 7, entry.colour)
 
     def text_boxes(self) -> list[tuple[str, Bbox]]:
         """Return each text with the box that it takes, mm."""
@@ -370,7 +374,7 @@ class Sheet:
         reach = 2.5 * _ARROW[0] if outside else 0.0
         start = (a[0] - reach * ux, a[1] - reach * uy)
         end = (b[0] + reach * ux, b[1] + reach * uy)
-        self.line([start, end], width=0.18, colour=label.colour, order=4)
+        self.line([start, end], width=0.18, colour=label.colour, order=8)
         sense = -1.0 if outside else 1.0
         self._arrowhead(a, (-sense * ux, -sense * uy), label.colour)
         self._arrowhead(b, (sense * ux, sense * uy), label.colour)
@@ -388,7 +392,7 @@ class Sheet:
         base = (tip[0] - length * ux, tip[1] - length * uy)
         wings = [(base[0] - s * half * uy, base[1] + s * half * ux) for s in (1, -1)]
         self._axes.add_patch(
-            Polygon([tip, *wings], closed=True, facecolor=colour, edgecolor="none", zorder=5)
+            Polygon([tip, *wings], closed=True, facecolor=colour, edgecolor="none", zorder=8)
         )
 
     def _width(self, text: str) -> float:

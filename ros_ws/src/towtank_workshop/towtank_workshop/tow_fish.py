@@ -21,6 +21,7 @@ from towtank_workshop.sheet import (
     Sheet,
     View,
     derived_label,
+    follows,
     length_label,
     scale_for,
 )
@@ -87,7 +88,10 @@ def draw(rig: Rig, number: int, count: int) -> Sheet:
         {
             "mass in air, drained": fish.dry_mass,
             "mass in water, filled": fish.mass_in_water_filled,
-            "displaced mass": f"({fish.displaced_mass:g} kg)",
+            "displaced mass": follows(
+                f"{fish.displaced_mass:g} kg",
+                (fish.mass_in_water_filled, fish.apparent_mass_in_water),
+            ),
             "apparent mass in water": fish.apparent_mass_in_water,
             "pitch inertia, filled": fish.pitch_inertia,
             "roll inertia": fish.roll_inertia,
