@@ -21,6 +21,7 @@ VERBS = {
     "uncertainty": "What a rig's sensors can tell: depth, pitch, heave ratio.",
     "similitude": "A rig Froude-scaled to another length.",
     "drawings": "The drawings of a rig, for the workshop.",
+    "masses": "Masses, cable loads and ballast of a rig.",
     "checklist": "What a rig must read when it is brought up.",
     "bench": "Measured comparisons with other programs.",
     "test": "Run the test suite.",
