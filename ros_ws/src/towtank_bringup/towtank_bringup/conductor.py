@@ -25,6 +25,7 @@ from towtank_interfaces.msg import HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetDrive
 from towtank_node.executor import StreamExecutor
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp
 
 from towtank_bringup.graph import Graph, RosNode
 
@@ -57,6 +58,8 @@ class Conductor(Node):
         self.say = say
         self._statuses: dict[str, DiagnosticStatus] = {}
         self.ratios: dict[str, HeaveRatio] = {}
+        # As the scans' stamps, so that a step of the host's clock does not part events and scans
+        self._ros_offset_ns = ros_minus_monotonic_ns(lambda: self.get_clock().now().nanoseconds)
         self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
         self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
@@ -202,7 +205,7 @@ class Conductor(Node):
     def mark(self, event: str, **detail: Any) -> None:
         """Publish an event of the trial, stamped now."""
         message = TrialEvent(event=event, detail=json.dumps(detail))
-        message.header.stamp = self.get_clock().now().to_msg()
+        set_stamp(message.header.stamp, time.monotonic_ns() + self._ros_offset_ns)
         self._events.publish(message)
 
     def close(self) -> None:

@@ -454,3 +454,30 @@ def test_the_crank_is_driven_by_service(graph, tmp_path):
     assert "activate it first" in ask(wanted.RUN, 10.0).message
     board.terminate()
     board.communicate()
+
+
+@pytest.mark.real_time
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("step_s", [2.0, -2.0])
+def test_a_step_of_the_hosts_clock_does_no_harm(graph, virtual_board, tmp_path, step_s):
+    """NTP sets the clock in the middle of a run: stamps go on evenly, and the step is told."""
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    made.spin_until(lambda: len(made.scans) >= 100)
+    before = made.node._ros_now_ns
+    made.node._ros_now_ns = lambda: before() + round(step_s * 1e9)
+    told = f"the host's clock has stepped by {step_s:+.3f} s"
+    made.spin_until(lambda: any(told in status.message for status in made.statuses))
+    seen = len(made.scans)
+    made.spin_until(lambda: len(made.scans) >= seen + 100)
+    details = made.node._details()
+    assert float(details["host_clock_step_s"]) == pytest.approx(step_s, abs=0.01)
+    assert details["scans_lost"] == 0
+    assert 0 < float(details["clock_uncertainty_us"]) < 1000
+    made.node.trigger_deactivate()
+    stamps = [s.header.stamp.sec * 10**9 + s.header.stamp.nanosec for s in made.scans]
+    numbers = [scan.sequence for scan in made.scans]
+    for a, b in itertools.pairwise(zip(stamps, numbers, strict=True)):
+        # To what the map from board to host time moves in a round
+        assert b[0] - a[0] == pytest.approx(10e6 * (b[1] - a[1]), abs=2e6)

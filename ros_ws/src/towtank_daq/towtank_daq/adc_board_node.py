@@ -43,6 +43,7 @@ from towtank_daq.protocol import Protocol, ProtocolError
 from towtank_daq.serial_port import SerialPort
 
 _POLL_S = 0.05  # how soon the serial thread sees that it shall end, or what the drive is asked for
+_CLOCK_STEP_S = 0.01  # reading one clock after the other costs microseconds
 _FAILURES = (BoardError, OSError)
 
 
@@ -92,6 +93,8 @@ class AdcBoardNode(LifecycleNode):
         self._failure = ""
         self._failed = self.create_guard_condition(self._on_thread_failed)
         self._ros_offset_ns = 0
+        self._ros_now_ns = lambda: int(self.get_clock().now().nanoseconds)
+        self._told_step_s = 0.0
         self._latencies_s: list[float] = []
         self._scans = self.create_lifecycle_publisher(AdcScan, "adc_scan", SENSOR_QOS)
         self._message = AdcScan()
@@ -129,7 +132,8 @@ class AdcBoardNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         # Taken once: slewing moves the system's and the monotonic clock alike, and a later step of
         # the system's clock must not tear the record
-        self._ros_offset_ns = ros_minus_monotonic_ns(lambda: self.get_clock().now().nanoseconds)
+        self._ros_offset_ns = ros_minus_monotonic_ns(self._ros_now_ns)
+        self._told_step_s = 0.0
         result = super().on_activate(state)
         try:
             self._board.start()
@@ -214,6 +218,19 @@ class AdcBoardNode(LifecycleNode):
 
     # -- the rest
 
+    def _watch_host_clock(self) -> float:
+        """How far the host's clock has stepped in the run, s; a step is told once."""
+        if self._thread is None:
+            return 0.0
+        step_s = (ros_minus_monotonic_ns(self._ros_now_ns) - self._ros_offset_ns) * 1e-9
+        if abs(step_s - self._told_step_s) > _CLOCK_STEP_S:
+            self._told_step_s = step_s
+            self._on_warning(
+                f"the host's clock has stepped by {step_s:+.3f} s: the stamps of this run keep the "
+                "clock that it began with; let the host's time settle before the next"
+            )
+        return step_s
+
     def _on_thread_failed(self) -> None:
         if self._failure and self._thread is not None:
             self.trigger_deactivate()
@@ -249,6 +266,8 @@ class AdcBoardNode(LifecycleNode):
             "unknown_frames": counted.unknown_frames,
             "sync_failures": counted.sync_failures,
             "clock_rate_ppm": f"{clock.rate_ppm:.1f}",
+            "clock_uncertainty_us": f"{1e6 * clock.standard_uncertainty_s:.1f}",
+            "host_clock_step_s": f"{self._watch_host_clock():.3f}",
             "clock_residual_us": f"{1e6 * clock.residual_s:.1f}",
             "clock_round_trip_us": f"{1e6 * clock.round_trip_s:.1f}",
         }

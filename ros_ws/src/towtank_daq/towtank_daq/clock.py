@@ -32,6 +32,11 @@ carry it gives such a board away and is not used. What slips through makes the b
 never early: so the regression starts below all points, and gives one that lies s standard
 deviations above the line the weight 1 / (1 + (s/4)^2) (Cauchy's), but one below it full weight.
 
+The map's standard uncertainty has three parts: that of the line at its young end, from the points'
+weights; the wait that is left in the shortest round trip, which may lie all on one side of the
+exchange (uniform over +- its half); and a drift that the line follows with a delay, as fast as a
+resonator that warms up may have it (uniform over +-50 ppm a minute).
+
 The same idea (shortest round trip, decaying regression) carries Klipper's clock synchronisation
 and, without the regression, Cristian's algorithm (Distributed Computing 3, 146-158, 1989).
 """
@@ -48,6 +53,7 @@ _POINTS = 60  # at one a second the oldest has decayed to exp(-6)
 SLOPE_TOLERANCE = 5e-3
 """Of the board's resonator; taken as the standard deviation of its relative error."""
 
+_LARGEST_DRIFT = 50e-6 / 60.0  # s/s^2
 _FLOOR_S = 20e-6  # jitter of the best round trips: scheduling and interrupts on both sides
 _ROBUST_SIGMAS = 4.0
 _ROBUST_STEPS = 15  # more than it takes to settle below a microsecond
@@ -102,6 +108,8 @@ class BoardClock:
         self._ns_per_tick = 1e9 / self._nominal_hz
         self.residual_s = math.nan
         """Weighted RMS distance of the points from the line, s."""
+        self.standard_uncertainty_s = math.nan
+        """Of the host's time of a board time around the last round (k = 1), s."""
 
     @property
     def points(self) -> int:
@@ -160,19 +168,24 @@ class BoardClock:
         slope = self._ns_per_tick * self._nominal_hz / 1e9 - 1.0
         offset = min(y - slope * x for x, y, *_ in rows)
         for _ in range(_ROBUST_STEPS):
-            offset, slope = _line(
+            offset, slope, line_variance = _line(
                 (x, y, w * _trust(y - offset - slope * x, variance)) for x, y, variance, w in rows
             )
         self._ticks = young.ticks
         self._host_ns = young.host_ns + round(1e9 * offset)
         self._ns_per_tick = 1e9 * (1.0 + slope) / self._nominal_hz
+        one_sided_s = max(shortest, 0.0) / 2.0
+        followed_late_s = _LARGEST_DRIFT * _DECAY_S**2
+        self.standard_uncertainty_s = math.sqrt(
+            line_variance + (one_sided_s**2 + followed_late_s**2) / 3.0
+        )
         squares = sum(w * (y - offset - slope * x) ** 2 for x, y, _, w in rows)
         self.residual_s = math.sqrt(squares / sum(w for *_, w in rows))
 
 
-def _line(rows: Iterable[tuple[float, float, float]]) -> tuple[float, float]:
-    """Offset and slope of the weighted least-squares line through (x, y, weight), with the prior
-    on the slope."""
+def _line(rows: Iterable[tuple[float, float, float]]) -> tuple[float, float, float]:
+    """Offset, slope and the offset's variance of the weighted least-squares line through (x, y,
+    weight), with the prior on the slope."""
     s0 = s1 = t0 = t1 = 0.0
     s2 = SLOPE_TOLERANCE**-2
     for x, y, w in rows:
@@ -182,7 +195,7 @@ def _line(rows: Iterable[tuple[float, float, float]]) -> tuple[float, float]:
         t0 += w * y
         t1 += w * x * y
     det = s0 * s2 - s1 * s1
-    return (t0 * s2 - t1 * s1) / det, (t1 * s0 - t0 * s1) / det
+    return (t0 * s2 - t1 * s1) / det, (t1 * s0 - t0 * s1) / det, s2 / det
 
 
 def _trust(late_s: float, variance: float) -> float:
