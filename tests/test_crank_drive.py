@@ -8,10 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from towtank_bringup.rigs import rig_path
 from towtank_daq.board import AdcBoard, BoardError
 from towtank_daq.configuration import configuration_at
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.protocol import Protocol
+from towtank_rig import load_rig
+from towtank_workshop.checklist import check_list
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "firmware" / "vboard"))
@@ -285,3 +288,31 @@ def test_the_virtual_motor_keeps_to_its_equations(rig):
     assert counters["motor_current_a"] == pytest.approx(
         12.0 * counters["motor_duty"] / resistance, rel=0.02
     )
+
+
+def test_the_check_lists_times_are_kept(rig):
+    """Run-up, stop and stop by silence at the rate of the NIT rig, within the list's limits less
+    the half second that a stopwatch is given."""
+    steps = check_list(load_rig(rig_path("nit_calicut_2012")), PROTOCOL.board)
+    (step,) = [step for step in steps if step.title == "Crank drive"]
+    run_up, _, stop, silence = (item.readings[0] for item in step.items)
+
+    def seconds_until(reached) -> float:
+        start_ns = rig.board.now_ns
+        while not reached(rig.board.counters()["crank_rate_rad_s"] / RPM):
+            assert rig.board.now_ns < start_ns + 10 * SECOND
+            rig.line.run(rig.board.now_ns + 50 * MS)
+        return (rig.board.now_ns - start_ns) / 1e9
+
+    def within(limits, seconds) -> bool:
+        return limits.minimum + 0.5 <= seconds <= limits.maximum - 0.5
+
+    start_ns = rig.board.now_ns
+    while rig.board.counters()["crank_rate_rad_s"] / RPM < 28.5:
+        rig.run(30.0, 0.05)
+    assert within(run_up, (rig.board.now_ns - start_ns) / 1e9)
+    rig.run(30.0, 4.0)
+    rig.driver.drive("stop")
+    assert within(stop, seconds_until(lambda rpm: rpm == 0.0))
+    rig.run(30.0, 7.0)
+    assert within(silence, seconds_until(lambda rpm: rpm == 0.0))

@@ -90,6 +90,7 @@ class _SelfTest(BaseModel):
 
 class _Drive(BaseModel):
     speed_rpm: _Range
+    ramp_rpm_per_s: float = Field(gt=0)
     command_timeout_s: float = Field(gt=0)
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -166,6 +167,20 @@ def test_encoders_count_as_the_rig_says():
     assert (first.minimum, first.maximum) == pytest.approx((-4300.8, -3891.2))
 
 
+def test_the_drives_times_by_hand():
+    """30 rpm at 10 rpm/s: 3 s; ten turns 20 s, to the resonator's 0.5 % and a stopwatch's 0.5 s. A
+    rate that the drive cannot turn is taken at the nearest that it can: 5 rpm."""
+    ramp, turns, stop, silent = (
+        item.readings[0] for item in items_of(check_list(NIT, BOARD), "Crank drive")
+    )
+    assert ramp.expected == stop.expected == pytest.approx(3.0)
+    assert (turns.minimum, turns.maximum) == pytest.approx((19.4, 20.6))
+    assert silent.expected == pytest.approx(4.0)
+    slow = NIT.replace({"run.crank_rate": 0.1})
+    names = [item.what for item in items_of(check_list(slow, BOARD), "Crank drive")]
+    assert names[0] == "from rest to 5 rpm"
+
+
 def test_the_list_is_the_committed_one():
     # Print it anew with: ./towtank checklist nit_calicut_2012 > hardware/rig/checklist.md
     assert markdown(NIT, check_list(NIT, BOARD)) == COMMITTED.read_text("utf-8")
@@ -183,3 +198,10 @@ def test_every_row_has_its_columns():
         assert line.count("|") == width
         rows += 1
     assert rows > 50
+
+
+def test_pages_of_the_rig_link_to_what_there_is():
+    for page in COMMITTED.parent.glob("*.md"):
+        links = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text("utf-8"))
+        missing = [link for link in links if not (page.parent / link).exists()]
+        assert missing == []

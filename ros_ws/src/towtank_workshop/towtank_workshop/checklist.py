@@ -43,6 +43,9 @@ from towtank_rig.motion import tow_point_motion
 from towtank_rig.sensor_errors import STANDARD_GRAVITY
 
 DOCTOR_SECONDS = 10.0  # of streaming, by default
+_TURNS = 10  # that are timed with the drive on
+_BY_HAND_S = 0.5  # to which a time is taken by a stopwatch
+_LAG_S = 0.5  # by which the crank may be behind its ramp
 _ZEROING_S = 1.0  # the mean that is read after zeroing
 
 
@@ -94,6 +97,7 @@ def check_list(
         _zeroed(rig, board),
         _noise(rig, board),
         _clock(),
+        _drive(rig, board),
     )
 
 
@@ -355,6 +359,31 @@ def _clock() -> Step:
             Item("scatter of the exchanges", (Reading(None, 0.0, 1e3 * RESIDUAL_S, "ms"),), True),
             Item("round trip", (Reading(None, 0.0, 1e3 * ROUND_TRIP_S, "ms"),), True),
         ),
+    )
+
+
+def _drive(rig: Rig, board: BoardDescription) -> Step:
+    """Times by a stopwatch; the board's clock is as good as its resonator."""
+    drive = board.drive
+    wanted = abs(rig.run.crank_rate.value) * 30.0 / math.pi
+    rpm = min(max(wanted, drive.speed_rpm.minimum), drive.speed_rpm.maximum)
+    ramp = rpm / drive.ramp_rpm_per_s
+    turns = 60.0 * _TURNS / rpm
+    slack = _BY_HAND_S + _LAG_S
+    times = {
+        f"from rest to {rpm:g} rpm": _about(ramp, slack, "s"),
+        f"{_TURNS} turns at {rpm:g} rpm": _about(turns, SLOPE_TOLERANCE * turns + _BY_HAND_S, "s"),
+        f"told to stop at {rpm:g} rpm, to rest": _about(ramp, slack, "s"),
+        f"host stopped or line pulled at {rpm:g} rpm, to rest": _about(
+            drive.command_timeout_s + ramp, slack, "s"
+        ),
+    }
+    return Step(
+        "Crank drive",
+        "Only with a motor on the board. `towtank crank run`, first without the tow, then with it. "
+        "First of all press the emergency stop: the motor is without voltage whatever the board "
+        "does, and `run` is refused until the loop is closed and `towtank crank clear` was given.",
+        tuple(Item(what, (reading,)) for what, reading in times.items()),
     )
 
 
