@@ -13,9 +13,9 @@
 void motor_drive_init(void)
 {
     pin_set(DRIVE, DRIVE_ENABLE_PIN, false);
-    pin_set(DRIVE, DRIVE_PWM_PIN, false);
+    pin_set(DRIVE_PWM, DRIVE_PWM_PIN, false);
     pin_output(DRIVE, DRIVE_ENABLE_PIN);
-    pin_output(DRIVE, DRIVE_PWM_PIN);
+    pin_output(DRIVE_PWM, DRIVE_PWM_PIN);
     pin_pull_up(DRIVE, EMERGENCY_STOP_PIN);
     TIM3->PSC = 0;
     TIM3->ARR = PERIOD - 1;
@@ -27,14 +27,14 @@ void motor_drive_init(void)
 void hal_drive_on(uint16_t duty)
 {
     TIM3->CCR1 = duty * PERIOD / FULL_DUTY; // taken over at the next period: no short pulse
-    pin_alternate(DRIVE, DRIVE_PWM_PIN, DRIVE_FUNCTION);
+    pin_alternate(DRIVE_PWM, DRIVE_PWM_PIN, DRIVE_PWM_FUNCTION);
     pin_set(DRIVE, DRIVE_ENABLE_PIN, true);
 }
 
 void hal_drive_off(void)
 {
     pin_set(DRIVE, DRIVE_ENABLE_PIN, false);
-    pin_output(DRIVE, DRIVE_PWM_PIN); // the port's again, low
+    pin_output(DRIVE_PWM, DRIVE_PWM_PIN); // the port's again, low
     TIM3->CCR1 = 0;
     TIM3->EGR = TIM_EGR_UG; // at once
 }

@@ -8,7 +8,9 @@
 
 #include "registers.h"
 
-// Encoders: port C, A and B of one encoder side by side (EXTI 0 … 3). They bear 5 V.
+// Encoders: port C, A and B of one encoder side by side (EXTI 0 … 3), pulled up to
+// 3.3 V for open collectors. An encoder that drives 5 V needs a level shifter: with its pull-up on, no
+// pin of this chip is to be held to bear 5 V.
 #define ENCODERS GPIOC
 #define CRANK_SHIFT 0u
 #define CARRIAGE_SHIFT 2u
@@ -31,12 +33,14 @@
 #define SYNC_PIN 0u
 #define ACCEL_SELF_TEST GPIOB
 #define ACCEL_SELF_TEST_PIN 1u
-// PWM: channel 1 of timer 3. The emergency-stop loop is closed to ground.
+// The emergency-stop loop is closed to ground.
 #define DRIVE GPIOB
-#define DRIVE_PWM_PIN 4u
 #define DRIVE_ENABLE_PIN 5u
 #define EMERGENCY_STOP_PIN 6u
-#define DRIVE_FUNCTION 2u
+// PWM: channel 1 of timer 3. Not PB4, which has it too: that pin is pulled up during a reset (NJTRST).
+#define DRIVE_PWM GPIOC
+#define DRIVE_PWM_PIN 6u
+#define DRIVE_PWM_FUNCTION 2u
 #define LED GPIOB
 #define LED_PIN 12u
 

@@ -26,11 +26,15 @@ void serial_init(void)
     interrupt_enable(IRQ_USART1);
 }
 
+// An overrun between the reads of SR and DR leaves ORE alone, without RXNE, and it asks for the
+// interrupt until DR is read once more.
 static void receive(uint32_t status)
 {
     uint8_t byte = (uint8_t)USART1->DR; // clears the error, too
     if ((status & USART_SR_ORE) != 0)
         rx_overflows++;
+    if ((status & USART_SR_RXNE) == 0)
+        return;
     if (!ring_put(&received, byte))
         rx_overflows++;
     if (byte == BOARD_WIRE_DELIMITER)
@@ -40,7 +44,7 @@ static void receive(uint32_t status)
 void usart1_handler(void)
 {
     uint32_t status = USART1->SR;
-    if ((status & USART_SR_RXNE) != 0)
+    if ((status & (USART_SR_RXNE | USART_SR_ORE)) != 0)
         receive(status);
     while ((USART1->CR1 & USART_CR1_TXEIE) != 0 && (USART1->SR & USART_SR_TXE) != 0) {
         uint8_t byte;

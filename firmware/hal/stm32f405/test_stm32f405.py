@@ -44,6 +44,7 @@ class Line:
 
 @pytest.fixture
 def driver(tmp_path) -> Iterator[AdcBoard]:
+    assert ELF.exists(), "the second port is not built: make -C firmware stm32f405"
     path = tmp_path / "usart1"
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(str(path))
