@@ -11,6 +11,7 @@ import pytest
 from towtank_bringup.rigs import rig_path
 from towtank_daq.board import AdcBoard, BoardError
 from towtank_daq.configuration import configuration_at
+from towtank_daq.crank_drive import CrankDrive
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.protocol import Protocol
 from towtank_rig import load_rig
@@ -316,3 +317,65 @@ def test_the_check_lists_times_are_kept(rig):
     assert within(stop, seconds_until(lambda rpm: rpm == 0.0))
     rig.run(30.0, 7.0)
     assert within(silence, seconds_until(lambda rpm: rpm == 0.0))
+
+
+class Host:
+    """The rig's stream and its drive, served in turn as the board's node does."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self.dropped: list[str] = []
+        self.drive = CrankDrive(COUNTS, self.dropped.append, lambda: rig.board.now_ns / SECOND)
+        rig.driver.configure(configuration_at(PROTOCOL.board, 100))
+        rig.driver.start()
+
+    def run(self, rpm: float, seconds: float) -> None:
+        asked = self.drive.ask("run", rpm * RPM)
+        self.serve(seconds)
+        asked.result(0)
+
+    def serve(self, seconds: float) -> None:
+        end_ns = self._rig.board.now_ns + round(seconds * SECOND)
+        while self._rig.board.now_ns < end_ns:
+            self._rig.driver.poll(0.05)
+            self.drive.serve(self._rig.driver)
+
+
+@pytest.mark.parametrize("dead_s", [0.0, 0.6])
+@pytest.mark.parametrize("after_s", [0.032, 0.126, 0.21])
+def test_a_reset_board_does_not_start_the_crank(rig, dead_s, after_s):
+    """Whatever the reset cuts off: a frame (the host then misses the boot frame), or a repeat."""
+    host = Host(rig)
+    host.run(10.0, 1.0)
+    seen = len(rig.states)
+
+    def go() -> None:
+        rig.board.set_faults(serial_byte_drop_rate=1.0)
+        rig.line.after(dead_s, come_back)
+
+    def come_back() -> None:
+        rig.board.set_faults()
+        rig.board.reset(ResetCause.BROWN_OUT)
+
+    rig.line.after(after_s, go if dead_s else come_back)
+    host.serve(3.0)
+    ended = [state.state for state in rig.states[seen:]]
+    assert "stopped" in ended
+    assert set(ended[ended.index("stopped") :]) == {"stopped"}
+    assert set(ended[: ended.index("stopped")]) <= {"running"}  # told before the reset
+    assert all(state.setpoint_rpm > 9.0 for state in rig.states[seen:] if state.state == "running")
+    assert len(host.dropped) == 1
+    assert rig.driver.statistics.restarts == 1
+
+
+def test_acquisition_resumes_while_the_crank_still_comes_to_rest(rig):
+    """From 60 rpm the ramp takes 6 s from the first second of silence; the board idles
+    after 5 s."""
+    host = Host(rig)
+    host.run(60.0, 8.0)
+    rig.line.run(rig.board.now_ns + round(5.5 * SECOND))
+    host.serve(4.0)
+    assert rig.driver.statistics.restarts == 1
+    assert rig.scans[-1].stamp_ns > rig.board.now_ns - 0.1 * SECOND
+    assert rig.state == ("tripped", "host_silence")
+    assert len(host.dropped) == 1

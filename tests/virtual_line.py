@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from towtank_daq.serial_port import SerialPortError
 from vboard import BenchFrame, VirtualBoard
@@ -36,6 +36,7 @@ class VirtualLine:
         self.crank_rate = 2 * math.pi * revolutions_per_s[0]  # rad/s
         self._crank = 0.0
         self._fed_ns = 0
+        self._event_ns, self._event = 0, None
 
     def monotonic_ns(self) -> int:
         return self.board.now_ns
@@ -63,8 +64,16 @@ class VirtualLine:
         self.board.read()  # what was sent into an unplugged cable
         self._check()
 
+    def after(self, seconds: float, event: Callable[[], None]) -> None:
+        """Something happens to the board, whatever the driver is doing then."""
+        self._event_ns, self._event = self.board.now_ns + round(1e9 * seconds), event
+
     def run(self, until_ns: int) -> None:
         """Let time pass."""
+        if self._event is not None and until_ns >= self._event_ns:
+            event, self._event = self._event, None
+            self.run(self._event_ns)
+            event()
         while self._fed_ns < until_ns + 20 * MS:
             self._fed_ns += 5 * MS
             time_s = self._fed_ns / SECOND

@@ -120,6 +120,18 @@ static uint8_t run(struct drive *drive, const struct drive_arguments *request, u
     return BOARD_STATUS_OK;
 }
 
+// The word that lets a running drive run on. It starts none: the host cannot know at once that the
+// board was reset.
+static uint8_t keep(struct drive *drive, uint32_t now)
+{
+    if (drive->trip != BOARD_DRIVE_TRIP_NONE)
+        return BOARD_STATUS_DRIVE_TRIPPED;
+    if (drive->state != BOARD_DRIVE_STATE_RUNNING)
+        return BOARD_STATUS_DRIVE_STANDS;
+    drive->last_command = now;
+    return BOARD_STATUS_OK;
+}
+
 static void stop_softly(struct drive *drive)
 {
     if (drive->state != BOARD_DRIVE_STATE_RUNNING)
@@ -151,6 +163,8 @@ uint8_t drive_command(struct drive *drive, const struct drive_arguments *request
         return BOARD_STATUS_OK;
     case BOARD_DRIVE_ACTION_CLEAR_TRIP:
         return clear_trip(drive);
+    case BOARD_DRIVE_ACTION_KEEP:
+        return keep(drive, now);
     default:
         return BOARD_STATUS_BAD_ARGUMENT;
     }

@@ -239,6 +239,25 @@ static void a_silent_host_is_a_soft_stop(void **state)
     assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_HOST_SILENCE);
 }
 
+static void keeping_on_starts_nothing(void **state)
+{
+    struct shaft *shaft = *state;
+    assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_KEEP, 0), BOARD_STATUS_DRIVE_STANDS);
+    assert_off(shaft, BOARD_DRIVE_STATE_STOPPED, BOARD_DRIVE_TRIP_NONE);
+    assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_RUN, 3000), BOARD_STATUS_OK);
+    for (int i = 0; i < 20; i++) {
+        pass_ms(shaft, 250);
+        assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_KEEP, 0), BOARD_STATUS_OK);
+    }
+    assert_int_equal(shaft->drive.target, 3000);
+    assert_in_range(shaft->drive.speed, 2950, 3050);
+    ask(shaft, BOARD_DRIVE_ACTION_STOP, 0);
+    assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_KEEP, 0), BOARD_STATUS_DRIVE_STANDS);
+    assert_int_equal(shaft->drive.state, BOARD_DRIVE_STATE_STOPPING);
+    ask(shaft, BOARD_DRIVE_ACTION_EMERGENCY_STOP, 0);
+    assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_KEEP, 0), BOARD_STATUS_DRIVE_TRIPPED);
+}
+
 static void a_soft_stop_can_be_called_off(void **state)
 {
     struct shaft *shaft = *state;
@@ -256,7 +275,7 @@ static void what_cannot_be_is_refused(void **state)
     static const struct drive_arguments requests[] = {
         {BOARD_DRIVE_ACTION_RUN, 499, COUNTS},     {BOARD_DRIVE_ACTION_RUN, 6001, COUNTS},
         {BOARD_DRIVE_ACTION_RUN, 0, COUNTS},       {BOARD_DRIVE_ACTION_RUN, 3000, 0},
-        {BOARD_DRIVE_ACTION_RUN, 3000, INT16_MIN}, {4, 3000, COUNTS},
+        {BOARD_DRIVE_ACTION_RUN, 3000, INT16_MIN}, {5, 3000, COUNTS},
     };
     for (size_t i = 0; i < sizeof requests / sizeof requests[0]; i++) {
         assert_int_equal(drive_command(&shaft->drive, &requests[i], 0), BOARD_STATUS_BAD_ARGUMENT);
@@ -332,6 +351,7 @@ int main(void)
         TEST(nothing_starts_with_an_open_loop),
         TEST(the_host_stops_the_motor_at_once),
         TEST(a_silent_host_is_a_soft_stop),
+        TEST(keeping_on_starts_nothing),
         TEST(a_soft_stop_can_be_called_off),
         TEST(what_cannot_be_is_refused),
         BOARD_TEST(the_board_tells_how_the_drive_is),

@@ -533,5 +533,5 @@ def test_stamps_through_drift_and_stalls(vboard, protocol):
         assert len(errors) > 6000
         of_95 = sorted(errors)[round(0.95 * len(errors))]
         assert of_95 < 0.2e-3
-        assert of_95 < 1.96 * rig.driver.clock.standard_uncertainty_s
+        assert of_95 < rig.driver.clock.u95_s < 0.2e-3
         assert max(errors) < 0.5e-3

@@ -53,9 +53,10 @@ def run(truth: Truth, seconds: int, tries: int = 3) -> tuple[BoardClock, list[fl
 @pytest.mark.parametrize("stall_s", [0.0, 20e-3])
 @pytest.mark.parametrize("drift_ppm_per_s", [-50 / 60, 0.0, 50 / 60])
 def test_stated_intervals_hold_the_truth(drift_ppm_per_s, stall_s):
-    """At least 95 % of the errors lie within 1.96 standard uncertainties, at the board's worst.
+    """At least 95 % of the errors, at the board's worst.
 
-    And the statement is no idle one: two waits of 50 us alone leave 29 us, the drift 48 us.
+    And the statement is no idle one: two waits of 50 us are a bound of 50 us, the drift's is 83 us,
+    and the line's own part a few tens.
     """
     within, stated = [], []
     for seed in range(5):
@@ -63,14 +64,14 @@ def test_stated_intervals_hold_the_truth(drift_ppm_per_s, stall_s):
         clock = BoardClock(NOMINAL_HZ, REQUEST_WIRE_NS, RESPONSE_WIRE_NS)
         for start in [0.0, 0.25, 0.5, 0.75, *range(1, 60)]:
             clock.add_round(truth.exchange(start + 0.01 * k) for k in range(3))
-            stated.append(clock.standard_uncertainty_s)
+            stated.append(clock.u95_s)
             for t in (start + 0.1 * k for k in range(1, 11)):
                 error_s = clock.host_ns(truth.ticks(t)) / 1e9 - t
                 # The slope is not known after one round
                 if clock.points >= 4:
-                    within.append(abs(error_s) <= 1.96 * stated[-1])
+                    within.append(abs(error_s) <= stated[-1])
     assert sum(within) / len(within) >= 0.95
-    assert 50e-6 < percentile(stated, 0.5) < 100e-6
+    assert 130e-6 < percentile(stated, 0.5) < 200e-6
 
 
 def percentile(values: list[float], share: float) -> float:

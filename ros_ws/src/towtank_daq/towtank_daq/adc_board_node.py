@@ -266,7 +266,7 @@ class AdcBoardNode(LifecycleNode):
             "unknown_frames": counted.unknown_frames,
             "sync_failures": counted.sync_failures,
             "clock_rate_ppm": f"{clock.rate_ppm:.1f}",
-            "clock_uncertainty_us": f"{1e6 * clock.standard_uncertainty_s:.1f}",
+            "clock_u95_us": f"{1e6 * clock.u95_s:.1f}",
             "host_clock_step_s": f"{self._watch_host_clock():.3f}",
             "clock_residual_us": f"{1e6 * clock.residual_s:.1f}",
             "clock_round_trip_us": f"{1e6 * clock.round_trip_s:.1f}",

@@ -262,7 +262,12 @@ class AdcBoard:
             arguments = configuration.arguments(self._board)
         except ConfigurationError as error:
             raise BoardError(str(error)) from error
-        self._command("configure", **arguments)
+        try:
+            self._command("configure", **arguments)
+        except BoardError as error:
+            # A crank that still comes to rest is no reason to wait with what is in force already
+            if "drive turns" not in str(error) or self.configuration() != configuration:
+                raise
         self._configuration = configuration
         self._all_valid = configuration.valid_mask(self._board)
 
@@ -308,8 +313,8 @@ class AdcBoard:
     def drive(self, action: str, speed_rpm: float = 0.0, counts_per_revolution: int = 0) -> None:
         """Ask the crank's drive for an action of board.yaml's `drive_action`.
 
-        speed_rpm, counts_per_revolution: for `run`, which must be repeated within the board's
-        `command_timeout_s`; the counts are negative for an encoder that counts backwards.
+        speed_rpm, counts_per_revolution: for `run`; the counts are negative for an encoder that
+        counts backwards. Within each of the board's `command_timeout_s` it wants a `keep`.
         Raises BoardError for what the drive cannot do.
         """
         limits = self._board.drive.speed_rpm
@@ -705,5 +710,6 @@ _MENDS = {
     "does_not_fit": ": lower the rate or the filter word, or scan fewer channels",
     "storage_fault": ": its EEPROM is worn out or damaged; replace the microcontroller",
     "drive_turns": ": stop the crank first",
+    "drive_stands": ": set the crank's speed again",
     "not_idle": ": another program is using it; stop that, or reset the board",
 }

@@ -32,10 +32,11 @@ carry it gives such a board away and is not used. What slips through makes the b
 never early: so the regression starts below all points, and gives one that lies s standard
 deviations above the line the weight 1 / (1 + (s/4)^2) (Cauchy's), but one below it full weight.
 
-The map's standard uncertainty has three parts: that of the line at its young end, from the points'
+The map's stated 95 % interval has three parts: that of the line at its young end, from the points'
 weights; the wait that is left in the shortest round trip, which may lie all on one side of the
-exchange (uniform over +- its half); and a drift that the line follows with a delay, as fast as a
-resonator that warms up may have it (uniform over +-50 ppm a minute).
+exchange (half of it, as a bound); and a drift that the line follows with a delay, as fast as a
+resonator that warms up may have it (50 ppm a minute, as a bound). The bounded parts stay the same
+for as long as a run lasts, so they are added whole: the interval holds also where they are worst.
 
 The same idea (shortest round trip, decaying regression) carries Klipper's clock synchronisation
 and, without the regression, Cristian's algorithm (Distributed Computing 3, 146-158, 1989).
@@ -108,8 +109,8 @@ class BoardClock:
         self._ns_per_tick = 1e9 / self._nominal_hz
         self.residual_s = math.nan
         """Weighted RMS distance of the points from the line, s."""
-        self.standard_uncertainty_s = math.nan
-        """Of the host's time of a board time around the last round (k = 1), s."""
+        self.u95_s = math.nan
+        """Half-width of the 95 % interval of a host time that host_ns() gives in the run, s."""
 
     @property
     def points(self) -> int:
@@ -176,9 +177,7 @@ class BoardClock:
         self._ns_per_tick = 1e9 * (1.0 + slope) / self._nominal_hz
         one_sided_s = max(shortest, 0.0) / 2.0
         followed_late_s = _LARGEST_DRIFT * _DECAY_S**2
-        self.standard_uncertainty_s = math.sqrt(
-            line_variance + (one_sided_s**2 + followed_late_s**2) / 3.0
-        )
+        self.u95_s = 1.96 * math.sqrt(line_variance) + one_sided_s + followed_late_s
         squares = sum(w * (y - offset - slope * x) ** 2 for x, y, _, w in rows)
         self.residual_s = math.sqrt(squares / sum(w for *_, w in rows))
 

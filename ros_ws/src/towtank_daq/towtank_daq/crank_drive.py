@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the host wants of the crank's drive, and how it keeps the board told.
 
-Requests come from any thread; the one thread that uses the driver serves them between its scans. A
-speed is asked for again four times a second, so that the board stops the crank by itself when this
-program dies. What could have changed behind the host's back, a reset of the board, a line that was
-gone, a trip, ends the wish for a speed: the crank never starts by itself.
+Requests come from any thread; the one thread that uses the driver serves them between its scans.
+The board is told four times a second to keep on, so that it stops the crank by itself when this
+program dies; the word for that starts no crank. What could have changed behind the host's back, a
+reset of the board, a line that was gone, a trip, ends the wish for a speed: the crank never starts
+by itself.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class CrankDrive:
         self._on_dropped = on_dropped
         self._now_s = monotonic_s
         self._requests: queue.SimpleQueue[_Request] = queue.SimpleQueue()
-        self._wanted: float | None = None  # rpm
+        self._wanted = False
         self._asked_s = -math.inf
         self._interruptions = (0, 0)
 
@@ -70,15 +71,16 @@ class CrankDrive:
             except queue.Empty:
                 break
             self._carry_out(request, board)
-        if self._wanted is not None and self._now_s() - self._asked_s >= _REPEAT_S:
+        if self._wanted and self._now_s() - self._asked_s >= _REPEAT_S:
             try:
-                self._run(board, self._wanted)
+                board.drive("keep")
+                self._asked_s = self._now_s()
             except (BoardError, OSError) as error:
                 self._drop(str(error))
 
     def refuse(self, why: str) -> None:
         """Answer all that wait with BoardError: there is no board to ask."""
-        self._wanted = None
+        self._wanted = False
         while True:
             try:
                 request = self._requests.get_nowait()
@@ -89,8 +91,8 @@ class CrankDrive:
 
     def release(self, board: AdcBoard) -> None:
         """Stop a crank that this host drives, softly: the driver is about to be given up."""
-        if self._wanted is not None:
-            self._wanted = None
+        if self._wanted:
+            self._wanted = False
             board.drive("stop")
 
     def _carry_out(self, request: _Request, board: AdcBoard) -> None:
@@ -100,7 +102,7 @@ class CrankDrive:
             if request.action == "run":
                 self._run(board, request.rate / RPM)
             else:
-                self._wanted = None
+                self._wanted = False
                 board.drive(request.action)
         except (BoardError, OSError) as error:
             request.done.set_exception(error)
@@ -109,12 +111,12 @@ class CrankDrive:
 
     def _run(self, board: AdcBoard, rpm: float) -> None:
         board.drive("run", rpm, self._counts)
-        self._wanted = rpm
+        self._wanted = True
         self._asked_s = self._now_s()
         self._interruptions = _interruptions(board)
 
     def _drop_what_was_interrupted(self, board: AdcBoard) -> None:
-        if self._wanted is None:
+        if not self._wanted:
             return
         if _interruptions(board) != self._interruptions:
             self._drop("the board or its line was gone: set the crank's speed again")
@@ -122,7 +124,7 @@ class CrankDrive:
             self._drop(f"the drive has tripped ({board.drive_state.trip.replace('_', ' ')})")
 
     def _drop(self, why: str) -> None:
-        self._wanted = None
+        self._wanted = False
         self._on_dropped(f"the crank is no longer driven: {why}")
 
 
