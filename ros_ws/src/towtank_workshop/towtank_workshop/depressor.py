@@ -79,7 +79,7 @@ def draw(rig: Rig, number: int, count: int) -> Sheet:
             "Eye-bolt, fin and pocket are examples: the rig has no\n measures of them.",
             "Eye-bolt through to an anchor plate in the concrete,\n on the vertical of the centre.",
             "The fin keeps the port at the same side of the flow.",
-            "Pocket, cap and cable: see README, waterproofing.",
+            "Pocket, cap and cable: see assembly.md, waterproofing.",
         ),
     )
     return sheet
