@@ -16,6 +16,7 @@ class Board:
     def __init__(self) -> None:
         self.told: list[tuple] = []
         self.error: Exception | None = None
+        self.on_drive = lambda: None
         self.statistics = SimpleNamespace(restarts=0, reconnections=0)
         self.drive_state = SimpleNamespace(trip="none")
 
@@ -23,6 +24,8 @@ class Board:
         if self.error:
             raise self.error
         self.told.append((action, speed_rpm, counts_per_revolution))
+        on_drive, self.on_drive = self.on_drive, lambda: None
+        on_drive()
 
 
 class Host:
@@ -120,6 +123,20 @@ def test_who_waits_is_answered_when_the_board_is_given_up(host):
         asked.result(0)
     host.pass_time(1.0)
     assert host.board.told == []
+
+
+def test_a_run_that_waits_is_taken_back(host):
+    asked = host.drive.ask("run", 30 * RPM)
+    host.drive.take_back(asked)
+    host.pass_time(1.0)
+    assert host.board.told == []
+
+
+def test_a_run_on_its_way_is_taken_back_by_a_stop(host):
+    host.board.on_drive = lambda: host.drive.take_back(asked)
+    asked = host.drive.ask("run", 30 * RPM)
+    host.pass_time(1.0)
+    assert host.board.told == [("run", pytest.approx(30.0), -4096), ("stop", 0.0, 0)]
 
 
 def test_a_driven_crank_is_stopped_on_release(host):

@@ -62,6 +62,11 @@ class CrankDrive:
         self._requests.put(request)
         return request.done
 
+    def take_back(self, asked: Future[None]) -> None:
+        """Take a `run` back; one that is on its way to the board already is followed by a stop."""
+        if not asked.cancel():
+            self.ask("stop")
+
     def serve(self, board: AdcBoard) -> None:
         """Tell the board what is due. To be called often, by the thread that uses the driver."""
         self._drop_what_was_interrupted(board)

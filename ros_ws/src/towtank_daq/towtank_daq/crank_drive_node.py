@@ -86,7 +86,7 @@ class CrankDriveNode(Node):
                 response.success = True
             except NotInTime:
                 if action == "run":
-                    asked.cancel()  # a crank that starts late would surprise
+                    self._drive.take_back(asked)  # a crank that starts late would surprise
                 response.message = f"no answer within {_ANSWER_S:g} s: is the board still there?"
             except (BoardError, OSError) as error:
                 response.message = str(error)
