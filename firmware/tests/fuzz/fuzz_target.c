@@ -58,7 +58,7 @@ static void judge_response(const uint8_t *payload, uint8_t length)
     if (payload[2] == BOARD_STATUS_OK)
         REQUIRE(length == 3 + answer_size(command));
     else
-        REQUIRE(length == 3 && payload[2] <= BOARD_STATUS_DRIVE_TRIPPED);
+        REQUIRE(length == 3 && payload[2] <= BOARD_STATUS_DRIVE_STANDS);
 }
 
 static void judge(const uint8_t *payload, uint8_t length)
