@@ -63,9 +63,12 @@ void hal_encoders_read(struct hal_encoders *encoders);
 
 // ---- the crank's drive: PWM and enable line of its driver, off until told otherwise
 
+// From on to off an interrupt looks at the emergency-stop loop: within a period of the PWM it takes the
+// enable line away, until hal_drive_off.
 void hal_drive_on(uint16_t duty); // 0.01 %, at most 10000
 void hal_drive_off(void);
-// Whether the emergency-stop loop is closed; a broken wire reads as open.
+// Whether the emergency-stop loop is closed, and has been since hal_drive_off; a broken wire reads as
+// open.
 bool hal_emergency_stop_closed(void);
 
 // ---- serial line to the host

@@ -347,9 +347,9 @@ double mcu_pwm_duty(const mcu *self, char port, uint8_t bit)
     const avr_timer_comp_t *compare = &timer->comp[0];
     if (!(avr->data[mcu_port(self, port)->r_ddr] >> bit & 1))
         return 0.0;
-    if (avr_regbit_get(avr, compare->com) != 2)  // clear on match going up, set going down
+    if (avr_regbit_get(avr, compare->com) != 2)  // set at the bottom, cleared behind the match
         return mcu_output(self, port, bit);
     unsigned top = timer_register(self, timer->r_icr, timer->r_icrh);
     unsigned match = timer_register(self, compare->r_ocr, compare->r_ocrh);
-    return top == 0 ? 0.0 : match < top ? (double)match / top : 1.0;
+    return match < top ? (match + 1.0) / (top + 1.0) : 1.0;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Timer 4 makes the PWM on OC4A, phase correct with its top in ICR4. No interrupt shares port H.
+// Timer 4 makes the PWM on OC4A, counting up to its top in ICR4. Once a period its interrupt looks at
+// the emergency-stop loop, whatever holds the main loop up.
+#include <avr/interrupt.h>
 #include <avr/io.h>
 
 #include "board_protocol.h"
@@ -8,11 +10,18 @@
 #include "parts.h"
 #include "pins.h"
 
-// Up and down once a period, without prescaler.
-#define TOP (F_CPU / BOARD_DRIVE_PWM_HZ / 2)
+// Of the clock, without prescaler.
+#define PERIOD (F_CPU / BOARD_DRIVE_PWM_HZ)
 #define FULL_DUTY 10000u
-_Static_assert(TOP <= UINT16_MAX, "choose a faster PWM");
-_Static_assert(FULL_DUTY % TOP == 0, "a duty is a whole number of steps");
+_Static_assert(PERIOD <= UINT16_MAX, "choose a faster PWM");
+
+// The loop was open, however shortly, while the motor had power.
+static volatile bool opened;
+
+static bool loop_closed(void)
+{
+    return (DRIVE_PIN & _BV(DRIVE_EMERGENCY_STOP)) == 0;
+}
 
 void motor_drive_init(void)
 {
@@ -23,16 +32,32 @@ void motor_drive_init(void)
 
 void hal_drive_on(uint16_t duty)
 {
-    TCCR4A = _BV(COM4A1) | _BV(WGM41);
-    TCCR4B = _BV(WGM43) | _BV(CS40);
-    ICR4 = TOP; // which no other mode can write
-    OCR4A = duty / (FULL_DUTY / TOP); // taken over at the top: no short pulse
-    DRIVE_PORT |= _BV(DRIVE_ENABLE);
+    uint16_t high = (uint16_t)((uint32_t)duty * PERIOD / FULL_DUTY);
+    ICR4 = PERIOD - 1; // as the top it is no input capture's, which would be the ADC's SYNC pin's
+    TCCR4B = _BV(WGM43) | _BV(WGM42) | _BV(CS40);
+    // Taken over at the period's end: no short pulse. One of no length is the port's low.
+    OCR4A = high > 0 ? high - 1 : 0;
+    TCCR4A = high > 0 ? _BV(COM4A1) | _BV(WGM41) : _BV(WGM41);
+    TIMSK4 = _BV(TOIE4);
+    uint8_t state = hal_lock();
+    if (!opened)
+        DRIVE_PORT |= _BV(DRIVE_ENABLE);
+    hal_unlock(state);
+}
+
+ISR(TIMER4_OVF_vect)
+{
+    if (loop_closed())
+        return;
+    DRIVE_PORT &= (uint8_t)~_BV(DRIVE_ENABLE);
+    opened = true;
 }
 
 void hal_drive_off(void)
 {
+    TIMSK4 = 0;
     DRIVE_PORT &= (uint8_t)~_BV(DRIVE_ENABLE);
+    opened = false;
     TCCR4A = 0; // the pin is the port's again, low
     TCCR4B = 0;
     OCR4A = 0;
@@ -41,5 +66,5 @@ void hal_drive_off(void)
 
 bool hal_emergency_stop_closed(void)
 {
-    return (DRIVE_PIN & _BV(DRIVE_EMERGENCY_STOP)) == 0;
+    return loop_closed() && !opened;
 }

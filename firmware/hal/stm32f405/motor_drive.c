@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Timer 3 makes the PWM on its channel 1.
+// Timer 3 makes the PWM on its channel 1. Once a period its interrupt looks at the emergency-stop loop,
+// whatever holds the main loop up.
 #include "board_protocol.h"
 #include "clock.h"
 #include "hal.h"
@@ -9,6 +10,16 @@
 
 #define PERIOD (APB1_TIMER_HZ / BOARD_DRIVE_PWM_HZ)
 #define FULL_DUTY 10000u
+
+// The loop was open, however shortly, while the motor had power.
+static volatile bool opened;
+
+void tim3_handler(void);
+
+static bool loop_closed(void)
+{
+    return !pin_is_high(DRIVE, EMERGENCY_STOP_PIN);
+}
 
 void motor_drive_init(void)
 {
@@ -22,18 +33,34 @@ void motor_drive_init(void)
     TIM3->CCMR1 = TIM_CCMR1_OC1M_PWM_1 | TIM_CCMR1_OC1PE;
     TIM3->CCER = TIM_CCER_CC1E;
     TIM3->CR1 = TIM_CR1_CEN;
+    interrupt_enable(IRQ_TIM3);
 }
 
 void hal_drive_on(uint16_t duty)
 {
     TIM3->CCR1 = duty * PERIOD / FULL_DUTY; // taken over at the next period: no short pulse
     pin_alternate(DRIVE_PWM, DRIVE_PWM_PIN, DRIVE_PWM_FUNCTION);
-    pin_set(DRIVE, DRIVE_ENABLE_PIN, true);
+    TIM3->DIER = TIM_DIER_UIE;
+    uint8_t state = hal_lock();
+    if (!opened)
+        pin_set(DRIVE, DRIVE_ENABLE_PIN, true);
+    hal_unlock(state);
+}
+
+void tim3_handler(void)
+{
+    TIM3->SR = ~TIM_SR_UIF;
+    if (loop_closed())
+        return;
+    pin_set(DRIVE, DRIVE_ENABLE_PIN, false);
+    opened = true;
 }
 
 void hal_drive_off(void)
 {
+    TIM3->DIER = 0;
     pin_set(DRIVE, DRIVE_ENABLE_PIN, false);
+    opened = false;
     pin_output(DRIVE_PWM, DRIVE_PWM_PIN); // the port's again, low
     TIM3->CCR1 = 0;
     TIM3->EGR = TIM_EGR_UG; // at once
@@ -41,5 +68,5 @@ void hal_drive_off(void)
 
 bool hal_emergency_stop_closed(void)
 {
-    return !pin_is_high(DRIVE, EMERGENCY_STOP_PIN);
+    return loop_closed() && !opened;
 }

@@ -159,6 +159,7 @@ enum interrupt {
     IRQ_EXTI1 = 7,
     IRQ_EXTI2 = 8,
     IRQ_EXTI3 = 9,
+    IRQ_TIM3 = 29,
     IRQ_USART1 = 37,
     IRQ_TIM5 = 50,
     IRQ_COUNT = 82,

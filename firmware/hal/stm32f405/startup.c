@@ -17,6 +17,7 @@ void reset_handler(void);
 void systick_handler(void);
 void crank_edge_handler(void);
 void carriage_edge_handler(void);
+void tim3_handler(void);
 void usart1_handler(void);
 void tim5_handler(void);
 
@@ -55,7 +56,9 @@ __attribute__((used, section(".vectors"))) static const struct vectors vectors =
             [IRQ_EXTI1] = crank_edge_handler,
             [IRQ_EXTI2] = carriage_edge_handler,
             [IRQ_EXTI3] = carriage_edge_handler,
-            [IRQ_EXTI3 + 1 ... IRQ_USART1 - 1] = unexpected_handler,
+            [IRQ_EXTI3 + 1 ... IRQ_TIM3 - 1] = unexpected_handler,
+            [IRQ_TIM3] = tim3_handler,
+            [IRQ_TIM3 + 1 ... IRQ_USART1 - 1] = unexpected_handler,
             [IRQ_USART1] = usart1_handler,
             [IRQ_USART1 + 1 ... IRQ_TIM5 - 1] = unexpected_handler,
             [IRQ_TIM5] = tim5_handler,
