@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -109,6 +110,31 @@ def test_a_speed_is_held_under_the_tow(rig, rpm, ripple):
     assert last.speed_rpm == pytest.approx(rpm, rel=1.5 * ripple)
 
 
+@pytest.mark.parametrize(
+    ("rate_hz", "filter_fs", "rpm"), [(10, 90, 30.0), (20, 6, 60.0), (60, 6, 60.0), (200, 3, 30.0)]
+)
+def test_a_speed_is_held_beside_every_scan(rig, rate_hz, filter_fs, rpm):
+    """The control has its 50 steps a second, and the topic its states, at any rate and filter.
+
+    At 10 Hz with FS 90 the scan fills its period. Bounds as above; the ramp as below.
+    """
+    rig.driver.configure(replace(configuration_at(PROTOCOL.board, rate_hz), filter_fs=filter_fs))
+    rig.driver.start()
+    rig.run(rpm, 2.0)
+    assert rig.states[-1].setpoint_rpm == pytest.approx(20.0, abs=1.1)
+    rig.run(rpm, rpm / 10 + 2)
+    before = rig.board.counters()["crank_counts"], rig.board.now_ns
+    told = len(rig.states)
+    rig.run(rpm, 120 / rpm)
+    turns = (rig.board.counters()["crank_counts"] - before[0]) / COUNTS
+    seconds = (rig.board.now_ns - before[1]) / 1e9
+    assert 60 * turns / seconds == pytest.approx(rpm, rel=2.5e-3)
+    assert len(rig.states) - told == pytest.approx(10 * seconds, abs=2)
+    rig.driver.stop()
+    counted = rig.driver.statistics
+    assert (counted.scans_lost, counted.scans_bad) == (0, 0)
+
+
 def test_start_and_stop_follow_the_ramp(rig):
     """10 rpm a second; the crank follows within what it lags, half a second's ramp."""
     rig.run(40.0, 2.0)
@@ -189,6 +215,26 @@ def test_an_opened_loop_takes_the_power_at_once(rig):
     assert rig.board.counters()["motor_duty"] == 0.0
     rig.driver.drive("clear_trip")
     assert rig.state == ("stopped", "none")
+
+
+@pytest.mark.parametrize("command", ["start", "stop"])
+@pytest.mark.parametrize("after_ms", [1, 4])
+def test_an_opened_loop_needs_no_main_loop(rig, command, after_ms):
+    """Setting the ADC up and waiting for one that is silent keep the main loop from looking."""
+    rig.driver.configure(configuration_at(PROTOCOL.board, 10))
+    if command == "stop":
+        rig.driver.start()
+    rig.run(20.0, 1.0)
+    rig.board.set_faults(adc_silent=True)
+    rig.board.write(PROTOCOL.request(command, 200))
+    rig.line.run(rig.board.now_ns + after_ms * MS)
+    assert rig.board.counters()["motor_duty"] > 0.0
+    rig.board.set_faults(emergency_stop_open=True, adc_silent=True)
+    assert rig.off_within(1e-3) <= 1e-3
+    rig.board.set_faults()  # closed again, with nobody having looked
+    rig.wait(0.3)
+    assert rig.board.counters()["motor_duty"] == 0.0
+    assert rig.state == ("tripped", "emergency_stop")
 
 
 def test_the_host_takes_the_power_at_once(rig):

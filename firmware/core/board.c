@@ -87,9 +87,27 @@ static void every_second(struct board *board)
     hal_led_toggle();
 }
 
-void board_poll(struct board *board)
+static void lead_drive(struct board *board)
 {
     drive_watch(&board->drive);
+    if (scan_leaves_time(&board->scan))
+        drive_poll(&board->drive, &board->transmitter, (uint32_t)hal_time());
+}
+
+void board_stop(struct board *board)
+{
+    struct scan *scan = &board->scan;
+    hal_sample_timer_stop();
+    uint32_t stopped = (uint32_t)hal_time();
+    while (scan_unfinished(scan) && (uint32_t)hal_time() - stopped < scan->period) {
+        scan_poll(scan);
+        lead_drive(board);
+    }
+    scan_end(scan);
+}
+
+void board_poll(struct board *board)
+{
     bool time_to_spare = scan_poll(&board->scan) || !board->scan.streaming;
     listen(board);
     if (board->reset_wanted) {
@@ -99,12 +117,12 @@ void board_poll(struct board *board)
 
     uint32_t now = (uint32_t)hal_time();
     if (board->scan.streaming && now - board->last_host_frame > BOARD_HOST_SILENCE_TICKS)
-        scan_stop(&board->scan);
+        board_stop(board);
     if (time_to_spare && now - board->last_health >= HEALTH_PERIOD_TICKS) {
         board->last_health += HEALTH_PERIOD_TICKS;
         every_second(board);
-    } else if (time_to_spare) {
-        drive_poll(&board->drive, &board->transmitter, now);
+    } else {
+        lead_drive(board);
     }
     watchdog_poll(&board->watchdog,
                   board->scan.streaming ? scan_scheduled(&board->scan) : hal_beat());

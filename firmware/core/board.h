@@ -36,6 +36,9 @@ void board_init(struct board *board);
 // One round of the main loop.
 void board_poll(struct board *board);
 
+// Ends the stream: the running scan finishes first, within a period, and the drive is led on meanwhile.
+void board_stop(struct board *board);
+
 // The health record as it stands now.
 struct health_frame board_health(const struct board *board);
 

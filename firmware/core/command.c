@@ -76,7 +76,7 @@ static uint8_t stop(struct board *board, const uint8_t *arguments, uint8_t *data
 {
     (void)arguments;
     if (board->scan.streaming)
-        scan_stop(&board->scan);
+        board_stop(board);
     struct stop_response response = {.scans_scheduled = scan_scheduled(&board->scan)};
     stop_response_pack(data, &response);
     *size = STOP_RESPONSE_SIZE;

@@ -71,13 +71,24 @@ uint32_t configuration_period(const struct configure_arguments *configuration)
     return (BOARD_TICK_HZ + configuration->rate_hz / 2u) / configuration->rate_hz;
 }
 
-uint32_t configuration_longest_scan(const struct configure_arguments *configuration)
+// Cycles of the ADC's clock, which may be 5 % off.
+static uint32_t conversion_cycles(const struct configure_arguments *configuration)
 {
     uint32_t filter = (uint32_t)filter_order(configuration->filter_type) * 32u;
-    uint32_t cycles = filter * configuration->filter_fs + BOARD_ADC_FILTER_DEAD_CYCLES;
-    uint64_t ticks = (uint64_t)cycles * configuration_channels(configuration) * BOARD_TICK_HZ;
-    // The ADC's clock may be 5 % slow.
+    return filter * configuration->filter_fs + BOARD_ADC_FILTER_DEAD_CYCLES;
+}
+
+uint32_t configuration_longest_scan(const struct configure_arguments *configuration)
+{
+    uint64_t ticks = (uint64_t)conversion_cycles(configuration) *
+                     configuration_channels(configuration) * BOARD_TICK_HZ;
     return (uint32_t)(ticks * 21 / 20 / BOARD_ADC_MASTER_CLOCK_HZ) + READOUT_TICKS;
+}
+
+uint32_t configuration_shortest_conversion(const struct configure_arguments *configuration)
+{
+    uint64_t ticks = (uint64_t)conversion_cycles(configuration) * BOARD_TICK_HZ;
+    return (uint32_t)(ticks * 20 / 21 / BOARD_ADC_MASTER_CLOCK_HZ);
 }
 
 uint8_t configuration_check(const struct configure_arguments *configuration)

@@ -27,4 +27,7 @@ uint32_t configuration_period(const struct configure_arguments *configuration);
 // way, on the slowest ADC.
 uint32_t configuration_longest_scan(const struct configure_arguments *configuration);
 
+// Ticks from one conversion to the next, on the fastest ADC.
+uint32_t configuration_shortest_conversion(const struct configure_arguments *configuration);
+
 #endif

@@ -17,8 +17,11 @@ _Static_assert((uint64_t)BOARD_DRIVE_SPEED_MAXIMUM * INT16_MAX * ADVANCE_FACTOR 
                        ADVANCE_DIVISOR <= UINT32_MAX,
                "the reference's step has 32 bits");
 
-// Speed of one count per revolution and window: 6000 · steps a second / steps a window.
-#define SPEED_FACTOR (INT32_C(6000) * (int32_t)BOARD_DRIVE_CONTROL_HZ / (int32_t)BOARD_DRIVE_WINDOW_STEPS)
+// The speed's angle is in 1/32768 revolution and its time in 256 ticks; twice the speed of one in the
+// other, which leaves less to rounding.
+#define REVOLUTION INT32_C(32768)
+#define TIME_SHIFT 8
+#define TWICE_SPEED ((int32_t)(INT64_C(12000) * BOARD_TICK_HZ / (1 << TIME_SHIFT) / REVOLUTION))
 
 // The integral's angles are in 1/10240 revolution: 40 of them are 1/256.
 #define ANGLE_FACTOR 40
@@ -82,8 +85,10 @@ bool drive_turns(const struct drive *drive)
 static void begin(struct drive *drive, uint32_t now)
 {
     int32_t count = crank_count(drive);
-    for (uint8_t i = 0; i < BOARD_DRIVE_WINDOW_STEPS; i++)
+    for (uint8_t i = 0; i < BOARD_DRIVE_WINDOW_STEPS; i++) {
         drive->counts[i] = count;
+        drive->times[i] = now;
+    }
     drive->last_count = count;
     drive->mark = count;
     drive->moved = false;
@@ -201,17 +206,20 @@ static void control(struct drive *drive)
     hal_drive_on(drive->duty);
 }
 
-// Returns what the crank has turned since the step before.
-static int32_t measure_speed(struct drive *drive, int32_t count)
+// By the time that has passed, for a step may come late: the scan goes before. Returns what the crank
+// has turned since the step before.
+static int32_t measure_speed(struct drive *drive, int32_t count, uint32_t now)
 {
     int32_t step = difference(count, drive->last_count);
     drive->last_count = count;
     int32_t turned = difference(count, drive->counts[drive->oldest]);
+    int32_t passed = (int32_t)((now - drive->times[drive->oldest]) >> TIME_SHIFT);
     drive->counts[drive->oldest] = count;
+    drive->times[drive->oldest] = now;
     drive->oldest = place_after(drive->oldest);
     int32_t largest = drive->counts_per_revolution; // ten times the fastest speed
     turned = turned > largest ? largest : turned < -largest ? -largest : turned;
-    int32_t speed = turned * SPEED_FACTOR / drive->counts_per_revolution;
+    int32_t speed = turned * REVOLUTION / drive->counts_per_revolution * TWICE_SPEED / (2 * passed);
     drive->speed = (int16_t)(speed > INT16_MAX ? INT16_MAX : speed < -INT16_MAX ? -INT16_MAX : speed);
     return step;
 }
@@ -250,7 +258,7 @@ static uint8_t judge(struct drive *drive, int32_t count, uint32_t now)
 static void control_step(struct drive *drive, uint32_t now)
 {
     int32_t count = crank_count(drive);
-    int32_t turned = measure_speed(drive, count);
+    int32_t turned = measure_speed(drive, count, now);
     if (!drive_turns(drive))
         return;
     if (drive->state == BOARD_DRIVE_STATE_RUNNING &&

@@ -28,8 +28,9 @@ struct drive {
     uint32_t last_frame;
     int32_t mark;              // count at the last movement
     int32_t last_count;        // of the step before
-    int32_t counts[BOARD_DRIVE_WINDOW_STEPS]; // of the last control steps
-    uint8_t oldest;            // of them
+    int32_t counts[BOARD_DRIVE_WINDOW_STEPS]; // of the last control steps …
+    uint32_t times[BOARD_DRIVE_WINDOW_STEPS]; // … and low halves of their times
+    uint8_t oldest;            // of both
     uint16_t remainder;        // what the reference's steps have left over
     int32_t lag;               // of the crank behind the reference, 1/256 count, bounded
 };

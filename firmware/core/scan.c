@@ -10,6 +10,7 @@ void scan_configure(struct scan *scan, const struct configure_arguments *configu
     scan->channels = configuration_channels(configuration);
     scan->period = configuration_period(configuration);
     scan->latest_conversion = configuration_longest_scan(configuration);
+    scan->spare_ticks = configuration_shortest_conversion(configuration) - SCAN_SPARE_TICKS;
 }
 
 void scan_init(struct scan *scan, struct transmitter *transmitter,
@@ -85,6 +86,7 @@ static void open_record(struct scan *scan, const struct scan_tick *tick, uint32_
     scan->reported_illegal_steps = tick->encoders.illegal_steps;
     scan->slot = 0;
     scan->converting = true;
+    scan->last_conversion = tick->ticks;
 }
 
 static void send_record(struct scan *scan)
@@ -158,6 +160,7 @@ static bool read_channel(struct scan *scan)
     bool late = of_another_round(scan);
     struct ad7124_conversion conversion;
     bool crc_good = ad7124_read_conversion(&conversion);
+    scan->last_conversion = (uint32_t)hal_time();
     if (scan->latch.pending)
         return false; // the sequence was restarted during the read, which may be of either scan
     if (late) {
@@ -212,13 +215,21 @@ bool scan_poll(struct scan *scan)
     return false;
 }
 
-void scan_stop(struct scan *scan)
+bool scan_leaves_time(const struct scan *scan)
 {
-    hal_sample_timer_stop();
-    uint32_t stopped = (uint32_t)hal_time();
-    while ((scan->latch.pending || channels_missing(scan)) &&
-           (uint32_t)hal_time() - stopped < scan->period)
-        scan_poll(scan);
+    if (!scan->streaming || !scan->converting)
+        return true;
+    uint32_t since = (uint32_t)hal_time() - scan->last_conversion;
+    return since < scan->spare_ticks || since > scan->latest_conversion; // the ADC is silent
+}
+
+bool scan_unfinished(const struct scan *scan)
+{
+    return scan->latch.pending || channels_missing(scan);
+}
+
+void scan_end(struct scan *scan)
+{
     if (channels_missing(scan))
         cut_short(scan);
     hal_adc_hold();

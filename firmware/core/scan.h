@@ -16,6 +16,9 @@
 #include "hal.h"
 #include "transmit.h"
 
+// 0.5 ms
+#define SCAN_SPARE_TICKS (BOARD_TICK_HZ / 2000)
+
 // What the interrupt hands to the main loop.
 struct scan_tick {
     volatile bool pending;
@@ -37,6 +40,7 @@ struct scan {
     uint8_t channels;                         // that a scan converts
     uint32_t period;                          // ticks
     uint32_t latest_conversion; // ticks after the scan's start: what ends later is of another round
+    uint32_t spare_ticks;       // behind a conversion, in which other work can be begun
     bool streaming; // between start and stop
 
     // The interrupt writes these; the main loop touches them locked.
@@ -47,6 +51,7 @@ struct scan {
     // The scan that the main loop reads.
     bool converting; // conversions of it are still to come
     uint8_t slot;    // the next one; behind the last channel comes housekeeping
+    uint32_t last_conversion; // low half of the time at which it was read, or of the scan's start
     struct data_frame record;
     uint32_t reported_missed_ticks; // what the last record knew
     uint32_t reported_illegal_steps;
@@ -68,12 +73,18 @@ void scan_configure(struct scan *scan, const struct configure_arguments *configu
 // not answer as it should.
 bool scan_start(struct scan *scan, uint64_t *first);
 
-// Stops the timer and lets the running scan finish: its frame is sent when this returns.
-void scan_stop(struct scan *scan);
+// Whether scan_poll still has something to read, once the sample timer has been stopped.
+bool scan_unfinished(const struct scan *scan);
+
+// Sends what there is of the running scan and ends the stream. The sample timer has been stopped.
+void scan_end(struct scan *scan);
 
 // Call often: at least once in the time of a conversion. True when a data frame went out: then the
 // next conversion is farthest away, and there is time for other work.
 bool scan_poll(struct scan *scan);
+
+// Whether SCAN_SPARE_TICKS of other work can be begun now without a conversion having to wait.
+bool scan_leaves_time(const struct scan *scan);
 
 // Asks for one housekeeping conversion behind one of the next scans.
 void scan_request_housekeeping(struct scan *scan);

@@ -322,6 +322,60 @@ static void the_board_tells_how_the_drive_is(void **state)
     assert_int_equal(frame.emergency_stop_closed, 0);
 }
 
+// The setpoint's steps are the control's: whatever the scan does meanwhile, there are 50 a second.
+static void the_drive_keeps_its_time_beside_the_scan(void **state)
+{
+    static const struct {
+        uint16_t rate_hz, fs;
+        bool silent_adc;
+    } scans[] = {{10, 6, false}, {10, 90, false}, {10, 6, true},   {20, 45, false},
+                 {50, 6, false}, {60, 6, false},  {100, 6, false}, {200, 3, false}, {200, 3, true}};
+    for (size_t i = 0; i < sizeof scans / sizeof scans[0]; i++) {
+        struct whole_board *whole = *state;
+        assert_int_equal(whole_board_set_rate(whole, scans[i].rate_hz, scans[i].fs), BOARD_STATUS_OK);
+        whole_board_request(whole, BOARD_COMMAND_START, 1, NULL, 0);
+        whole->adc.stalled = scans[i].silent_adc;
+        whole_board_forget(whole);
+        assert_int_equal(ask_board(whole, BOARD_DRIVE_ACTION_RUN, 3000), BOARD_STATUS_OK);
+        uint32_t begun = (uint32_t)hal_host.time;
+        whole_board_run_ms(whole, 940);
+        size_t frames = whole_board_count(whole, BOARD_FRAME_DRIVE);
+        assert_in_range(frames, 9, 11);
+        struct drive_frame frame;
+        drive_frame_unpack(&frame, whole_board_frame(whole, BOARD_FRAME_DRIVE, frames - 1)->payload + 1);
+        // 10 rpm/s: a step of 20 rpm/100 begun before and one not yet taken, and the answer's way
+        uint32_t expected = (frame.ticks - begun) / (BOARD_TICK_HZ / 1000);
+        assert_in_range(frame.setpoint, expected - 30, expected + 30);
+        ask_board(whole, BOARD_DRIVE_ACTION_EMERGENCY_STOP, 0);
+        ask_board(whole, BOARD_DRIVE_ACTION_CLEAR_TRIP, 0);
+        struct received_frame stopped = whole_board_request(whole, BOARD_COMMAND_STOP, 2, NULL, 0);
+        assert_int_equal(stopped.payload[2], BOARD_STATUS_OK);
+        whole->adc.stalled = false;
+    }
+}
+
+// A stop waits for the running scan, which a silent ADC draws out to its period.
+static void the_drive_is_led_on_while_a_stream_ends(void **state)
+{
+    struct whole_board *whole = *state;
+    assert_int_equal(whole_board_set_rate(whole, 10, 6), BOARD_STATUS_OK);
+    whole_board_request(whole, BOARD_COMMAND_START, 1, NULL, 0);
+    whole->adc.stalled = true;
+    assert_int_equal(ask_board(whole, BOARD_DRIVE_ACTION_RUN, 3000), BOARD_STATUS_OK);
+    whole_board_run_ms(whole, 205);
+    whole_board_forget(whole);
+    uint64_t asked = hal_host.time;
+    hal_host.emergency_stop_open = true;
+    struct received_frame stopped = whole_board_request(whole, BOARD_COMMAND_STOP, 2, NULL, 0);
+    assert_int_equal(stopped.payload[2], BOARD_STATUS_OK);
+    assert_true(hal_host.time - asked > 50 * MS);
+    struct drive_frame frame;
+    drive_frame_unpack(&frame, whole_board_frame(whole, BOARD_FRAME_DRIVE, 0)->payload + 1);
+    assert_int_equal(frame.trip, BOARD_DRIVE_TRIP_EMERGENCY_STOP);
+    assert_true(frame.ticks - (uint32_t)asked < 5 * MS);
+    hal_host.emergency_stop_open = false;
+}
+
 static void what_holds_the_main_loop_up_waits_for_the_drive(void **state)
 {
     struct whole_board *whole = *state;
@@ -355,6 +409,8 @@ int main(void)
         TEST(a_soft_stop_can_be_called_off),
         TEST(what_cannot_be_is_refused),
         BOARD_TEST(the_board_tells_how_the_drive_is),
+        BOARD_TEST(the_drive_keeps_its_time_beside_the_scan),
+        BOARD_TEST(the_drive_is_led_on_while_a_stream_ends),
         BOARD_TEST(what_holds_the_main_loop_up_waits_for_the_drive),
     };
     return cmocka_run_group_tests_name("drive", tests, NULL, NULL);
