@@ -456,6 +456,39 @@ def test_the_crank_is_driven_by_service(graph, tmp_path):
     board.communicate()
 
 
+def by_deactivation(node: AdcBoardNode) -> None:
+    assert node.trigger_deactivate() == SUCCESS
+    assert node.trigger_cleanup() == SUCCESS
+
+
+@pytest.mark.real_time
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("end", [by_deactivation, AdcBoardNode.close])
+def test_a_driven_crank_is_stopped_softly_at_the_end(graph, tmp_path, protocol, end):
+    """At the end of a trial, and on Ctrl-C: it comes to rest along its ramp, with no trip that the
+    next run would have to clear."""
+    board = start_board(tmp_path, "--crank-motor")
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    asked = made.node._drive.ask("run", 30.0 * 2 * math.pi / 60)
+    made.spin_until(lambda: (state := made.node._board.drive_state) and state.setpoint_rpm > 15.0)
+    asked.result(0)
+    end(made.node)
+
+    port = SerialPort(str(tmp_path / "board"), protocol.board.wire.baud)
+    states = []
+    driver = AdcBoard(port, protocol, lambda scan: None, print, on_drive=states.append)
+    driver.connect()
+    while not states or states[-1].state not in ("stopped", "tripped"):
+        driver.poll(0.1)
+    port.close()
+    board.terminate()
+    board.communicate()
+    assert {state.state for state in states} == {"stopping", "stopped"}
+    assert {state.trip for state in states} == {"none"}
+
+
 @pytest.mark.real_time
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("step_s", [2.0, -2.0])

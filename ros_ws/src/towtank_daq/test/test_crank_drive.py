@@ -150,6 +150,28 @@ def test_a_driven_crank_is_stopped_on_release(host):
     assert len(host.board.told) == 2
 
 
+def test_a_board_that_cannot_be_told_to_stop_is_told_of(host):
+    """Without an error: the stream is still to be stopped, and the board stops the crank itself."""
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(0.1)
+    host.board.error = OSError("port board is gone")
+    host.drive.release(host.board)
+    assert host.dropped == ["the crank is no longer driven: port board is gone"]
+
+
+def test_a_driver_that_was_given_up_wants_no_crank(host):
+    """As the node does at its deactivation: the next run begins at rest."""
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(0.1)
+    waiting = host.drive.ask("run", 20 * RPM)
+    host.drive.release(host.board)
+    host.drive.refuse("the board's node is not active any more")
+    assert [word for word, *_ in host.board.told] == ["run", "stop"]
+    assert isinstance(waiting.exception(0), BoardError)
+    host.pass_time(1.0)
+    assert len(host.board.told) == 2
+
+
 @given(st.lists(st.sampled_from(["run", "stop", "emergency_stop", "clear_trip", "cancelled run"])))
 def test_the_last_word_holds(words):
     host = Host()

@@ -45,6 +45,7 @@ from towtank_daq.serial_port import SerialPort
 _POLL_S = 0.05  # how soon the serial thread sees that it shall end, or what the drive is asked for
 _CLOCK_STEP_S = 0.01  # reading one clock after the other costs microseconds
 _FAILURES = (BoardError, OSError)
+_NOT_ACTIVE = "the board's node is not active any more"
 
 
 class AdcBoardNode(LifecycleNode):
@@ -155,6 +156,7 @@ class AdcBoardNode(LifecycleNode):
                 self._board.stop()
         except _FAILURES as error:
             self._failure = str(error)
+        self._drive.refuse(_NOT_ACTIVE)
         if self._failure:
             return TransitionCallbackReturn.ERROR
         return super().on_deactivate(state)
@@ -182,6 +184,7 @@ class AdcBoardNode(LifecycleNode):
                 self._board.stop()
             except _FAILURES as error:
                 self.get_logger().warning(str(error))
+        self._drive.refuse(_NOT_ACTIVE)
         if self._port is not None:
             self._port.close()
         self._port = self._board = None
@@ -241,7 +244,6 @@ class AdcBoardNode(LifecycleNode):
             self._ending.set()
             self._thread.join()
             self._thread = None
-        self._drive.refuse("the board's node is not active any more")
 
     def _fail(self, message: str) -> None:
         self._failure = message

@@ -84,7 +84,7 @@ class CrankDrive:
                 self._drop(str(error))
 
     def refuse(self, why: str) -> None:
-        """Answer all that wait with BoardError: there is no board to ask."""
+        """Answer all that wait with BoardError, and forget the crank: there is no board to ask."""
         self._wanted = False
         while True:
             try:
@@ -95,10 +95,18 @@ class CrankDrive:
                 request.done.set_exception(BoardError(why))
 
     def release(self, board: AdcBoard) -> None:
-        """Stop a crank that this host drives, softly: the driver is about to be given up."""
-        if self._wanted:
-            self._wanted = False
+        """Stop a crank that this host drives, softly: the driver is about to be given up.
+
+        To be called before refuse(), which forgets the crank: it would run on until the board trips
+        for want of a word.
+        """
+        if not self._wanted:
+            return
+        self._wanted = False
+        try:
             board.drive("stop")
+        except (BoardError, OSError) as error:
+            self._drop(str(error))
 
     def _carry_out(self, request: _Request, board: AdcBoard) -> None:
         if not request.done.set_running_or_notify_cancel():
