@@ -12,6 +12,7 @@ test_sensor_faults.py, a full disk under a whole trial in test_bad_input.py.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import os
@@ -242,6 +243,53 @@ def test_reset_in_the_run(run, cause):
     assert run.driver.statistics.restarts == 1
     name = {ResetCause.WATCHDOG: "watchdog", ResetCause.BROWN_OUT: "brown out"}[cause]
     assert run.warnings[0].replace("_", " ").startswith(f"the board was reset ({name}")
+
+
+@functools.cache
+def stamps_of_an_unharmed_board(ppm: float) -> list[int]:
+    """Of the first 4 s of scans, by number."""
+    with VirtualBoard(ELF, seed=41, noise_volts=0.0, clock_ppm=ppm) as board:
+        run = Run(board, line_of(board))
+        run.begin()
+        run.driver.poll(1.0)
+        return [scan.stamp_ns for scan in run.scans]
+
+
+@pytest.mark.parametrize(
+    ("cause", "ppm"), [(ResetCause.WATCHDOG, 5000.0), (ResetCause.BROWN_OUT, -5000.0)]
+)
+@pytest.mark.parametrize(
+    ("before_s", "phase_s"), [(0.5, 0.0005), (0.5, 0.0095), (0.02, 0.005), (0.0004, 0.005)]
+)
+@pytest.mark.parametrize("boot_frame", [True, False])
+def test_reset_shortly_before_the_stop(cause, ppm, before_s, phase_s, boot_frame):
+    """No poll comes between. The truth is a board that is the same but for the reset: how many
+    scans it has taken by the stop, which comes `phase_s` after one."""
+    unharmed = stamps_of_an_unharmed_board(ppm)
+    stop_ns = unharmed[-20] + round(phase_s * SECOND)
+    with VirtualBoard(ELF, seed=41, noise_volts=0.0, clock_ppm=ppm) as board:
+        run = Run(board, line_of(board))
+        run.begin()
+        run.driver.poll((stop_ns - board.now_ns) / SECOND - before_s)
+        run.line.run(stop_ns - round(before_s * SECOND))
+        board.reset(cause)
+        if not boot_frame:
+            board.set_faults(serial_byte_drop_rate=1.0)
+            run.line.after(min(before_s, 0.01), board.set_faults)
+        run.line.run(stop_ns)  # what has come meanwhile is not yet read
+        run.driver.stop()
+        counted = run.driver.statistics
+        assert counted.scans_received == len(run.scans)
+        assert counted.scans_scheduled == sum(stamp_ns < stop_ns for stamp_ns in unharmed)
+        assert counted.scans_lost == pytest.approx(100 * before_s, abs=2)
+        name = {ResetCause.WATCHDOG: "watchdog", ResetCause.BROWN_OUT: "brown_out"}[cause]
+        assert run.warnings == [
+            f"the board was reset ({name}): the stream had ended before it was stopped; scans lost "
+            f"up to the stop: {counted.scans_lost}"
+        ]
+        run.driver.start()  # it is well again
+        run.driver.poll(0.3)
+        assert (run.driver.statistics.scans_lost, len(run.warnings)) == (0, 1)
 
 
 def test_encoder_bounce(run):

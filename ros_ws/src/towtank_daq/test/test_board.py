@@ -6,7 +6,7 @@ import itertools
 import struct
 
 import pytest
-from towtank_daq.board import AdcBoard, BoardError
+from towtank_daq.board import AdcBoard, BoardError, NoAnswer
 from towtank_daq.configuration import configuration_at
 from towtank_daq.framing import FrameReader, encode_frame
 
@@ -158,6 +158,7 @@ class ScriptedBoard:
     def reset(self, boot_frame: bool = True) -> None:
         """A watchdog reset: idle, clock and counts from zero."""
         self.streaming = False
+        self.scheduled = 0
         self._stream_id += 1
         self.boot_count += 1
         self.born_ns = self.now_ns
@@ -515,6 +516,58 @@ def test_board_that_went_idle_is_started_again(bench):
     assert bench.driver.statistics.restarts == 1
     assert bench.scans[-1].crank == 77
     assert "has gone idle" in bench.warnings[0]
+
+
+def test_a_stream_that_went_idle_unnoticed_is_charged_up_to_the_stop(bench):
+    """The board stands by the count of its own scans, which ends where it went idle."""
+    bench.stream(2.0)
+    bench.board.go_idle()
+    bench.board.now_ns += SECOND // 2
+    bench.driver.stop()
+    assert bench.driver.statistics.scans_scheduled == pytest.approx(250, abs=1)
+    (warning,) = bench.warnings
+    assert warning.startswith("the board has gone idle, having heard nothing from the host for too")
+    assert warning.endswith(f"scans lost up to the stop: {bench.driver.statistics.scans_lost}")
+    bench.driver.poll(3.0)  # what is stopped stays so
+    assert not bench.board.streaming
+
+
+@pytest.mark.parametrize("back", [True, False])
+def test_board_that_does_not_answer_the_stop(bench, back):
+    """It is waited for, as for a bootloader; the account is settled either way."""
+    bench.stream(2.0)
+    bench.board.deaf = True
+    bench.board.go_idle()
+
+    def boot() -> None:
+        bench.board.deaf = False
+        bench.board.reset()
+
+    if back:
+        bench.board.after(2 * SECOND, boot)
+        bench.driver.stop()
+    else:
+        with pytest.raises(NoAnswer, match="has not answered within 4 s: check that it has power"):
+            bench.driver.stop()
+    assert not bench.driver.streaming
+    assert bench.driver.statistics.scans_scheduled == pytest.approx(200, abs=1)
+    assert bench.driver.statistics.scans_lost <= 2
+    assert bench.warnings[0].startswith("the board does not answer 'counters': check its cable")
+
+
+@pytest.mark.parametrize("ppm", [-5000.0, 5000.0])
+def test_a_gap_is_counted_in_the_boards_own_periods(protocol, ppm):
+    """Three seconds of silence are 300 of the nominal ones, and 1.5 more or fewer."""
+    bench = Bench(protocol, ppm=ppm)
+    bench.stream(3.0)
+    bench.board.go_idle()
+    bench.board.now_ns += 3 * SECOND
+    bench.driver.poll(3.0)
+    pairs = itertools.pairwise(bench.scans)
+    ((before, after),) = [(a, b) for a, b in pairs if b.sequence != a.sequence + 1]
+    passed = (after.stamp_ns - before.stamp_ns) / (10 * MS) * bench.board.rate
+    assert passed > 300
+    assert after.sequence - before.sequence == pytest.approx(passed, abs=0.51)
 
 
 def test_board_that_falls_silent(bench):

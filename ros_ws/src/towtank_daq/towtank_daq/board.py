@@ -11,8 +11,9 @@ the stop how many there were. Nothing is ever put in their place.
 
 When the board resets in the middle of a run, or has gone idle because the host was held up, the
 driver starts it again. The numbers of the scans then go on by the time that has passed, so that
-the gap shows as so many lost scans, and the encoder counts go on from the last known ones: what the
-shafts turned while the board was down is not known and must be zeroed again.
+the gap shows as so many lost scans (also one that the stop ends), and the encoder counts go on from
+the last known ones: what the shafts turned while the board was down is not known and must be zeroed
+again.
 
 When the line goes in the middle of a run, the driver opens it again as soon as it is there. A board
 that has run on meanwhile (its time tells) is just listened to again: its numbers say to the scan
@@ -21,6 +22,7 @@ what was lost. One that has not is started again as above.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -223,7 +225,7 @@ class AdcBoard:
         self._period_ticks = 0
         self._base = 0  # number of the board's scan 0
         self._last_sequence = -1
-        self._last_stamp_ns: int | None = None
+        self._last_stamp_ns: int | None = None  # of the scan of that number, come or not
 
         self._tries: list[SyncExchange] = []
         self._tries_left = 0
@@ -390,12 +392,32 @@ class AdcBoard:
                     return
 
     def stop(self) -> None:
-        """Stop the stream and settle the account of the scans."""
-        stopped = self._command("stop")
+        """Stop the stream and settle the account of the scans.
+
+        A stream that had ended, with the board reset or gone idle, is charged with what would have
+        come up to this call. Raises NoAnswer or OSError, the account settled, when there is no
+        board to stop.
+        """
+        asked_ns = self._now_ns()
+        try:
+            if not self._down:
+                self._take_health(self.counters())  # what no frame may have told yet, as of a reset
+            due = self._base + self._command("stop").scans_scheduled - 1 - self._last_sequence
+        except (NoAnswer, OSError) as error:
+            self._down = self._down or str(error)
         self._streaming = False
-        last = self._base + stopped.scans_scheduled - 1
-        self.statistics.scans_lost += max(0, last - self._last_sequence)
-        self._last_sequence = max(last, self._last_sequence)
+        ended, self._down = self._down, ""
+        if ended:  # the board knows nothing of the scans that it would have made since
+            due = math.floor(self._periods_since_last_scan(asked_ns))
+        lost = max(0, due)
+        self.statistics.scans_lost += lost
+        self._last_sequence += lost
+        if ended:
+            self._on_warning(
+                f"{ended}: the stream had ended before it was stopped; scans lost up to the stop: "
+                f"{lost}"
+            )
+            self.connect(_RESET_TIMEOUT_S)
 
     @property
     def streaming(self) -> bool:
@@ -493,11 +515,17 @@ class AdcBoard:
     def _take_started(self, started: Started) -> None:
         """The stream is on. Done as the answer is read: a scan may be in the same bytes."""
         self._first_tick, self._period_ticks = started.first_tick, started.period_ticks
-        if self._last_stamp_ns is not None:
-            passed_ns = self.clock.host_ns(self._first_tick) - self._last_stamp_ns
-            period_ns = 1e9 * self._period_ticks / self._board.microcontroller.tick_hz
-            self._base = self._last_sequence + max(1, round(passed_ns / period_ns))
+        if self._last_stamp_ns is None:
+            self._last_stamp_ns = self.clock.host_ns(self._first_tick - self._period_ticks)
+        passed = self._periods_since_last_scan(self.clock.host_ns(self._first_tick))
+        self._base = self._last_sequence + max(1, round(passed))
         self._streaming = True
+
+    def _periods_since_last_scan(self, host_ns: int) -> float:
+        """How many of the board's own periods lie between the last scan and a host time."""
+        begun_ns = self.clock.host_ns(self._first_tick)
+        period_ns = self.clock.host_ns(self._first_tick + self._period_ticks) - begun_ns
+        return (host_ns - self._last_stamp_ns) / period_ns
 
     def _wait_for(self, error: NoAnswer | OSError) -> None:
         """Note that line or board are gone; raises the error when that has lasted too long."""
@@ -643,9 +671,14 @@ class AdcBoard:
         )
 
     def _take_health(self, record: HealthRecord) -> None:
-        if self._boot_count not in (None, record.boot_count):  # the boot frame did not get through
+        idle = self._streaming and record.state == self._board.board_state["idle"]
+        # Where the boot frame did not get through. A brown-out begins the boot count anew, but a
+        # board that has only gone idle still knows of its scans
+        if self._boot_count not in (None, record.boot_count) or (
+            idle and not record.scans_scheduled
+        ):
             self._board_was_reset(record.reset_cause)
-        elif self._streaming and record.state == self._board.board_state["idle"]:
+        elif idle:
             self._down = "the board has gone idle, having heard nothing from the host for too long"
         self._boot_count = record.boot_count
         self.health = record
