@@ -122,3 +122,13 @@ def test_pitch_is_less_certain_under_way(inclinometer, rig):
     added = ramp.pitch_uncertainty.type_b**2 - still.pitch_uncertainty.type_b**2
     assert math.sqrt(added) == pytest.approx(0.25 / math.sqrt(3) / 9.782, rel=1e-3)
     assert crank.roll_uncertainty == still.roll_uncertainty
+
+
+@pytest.mark.parametrize("drive", [Drive(math.nan, 1.0, 0.0), Drive(0.0, 1.0, math.nan)])
+def test_uncertainty_of_the_angles_under_an_unknown_motion_is_not_told(inclinometer, rig, drive):
+    scan = attitude(0.0, 0.0, rig.water.gravity.value)
+    unknown = inclinometer.process(scan, ALL_VALID, drive)
+    still = inclinometer.process(scan, ALL_VALID)
+    assert math.isnan(unknown.pitch_uncertainty.u95) and math.isnan(unknown.roll_uncertainty.u95)
+    assert (unknown.pitch, unknown.roll, unknown.valid) == (still.pitch, still.roll, True)
+    assert unknown.force_covariance == still.force_covariance

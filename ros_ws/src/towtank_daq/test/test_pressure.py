@@ -185,3 +185,17 @@ def test_flow_past_the_port_is_taken_out_and_makes_depth_uncertain(rig, descript
     # Cp is known to 0.3 / √3
     added = towed.depth_type_b**2 - still.depth_type_b**2
     assert math.sqrt(added) == pytest.approx(0.3 / math.sqrt(3) * 0.5 / 9.782, rel=1e-3)
+
+
+def test_a_depth_without_a_known_speed_is_not_told(sensor, rig):
+    """What the flow adds is not known then; the pressure is, as well as at rest."""
+    unknown = Drive(math.nan, math.nan, math.nan)
+    towed = sensor.process(codes(1.2, rig), ALL_VALID, unknown)
+    still = sensor.process(codes(1.2, rig), ALL_VALID)
+    assert not towed.valid
+    assert all(math.isnan(v) for v in (towed.depth, towed.depth_uncertainty, towed.depth_u95))
+    assert towed.pressure == still.pressure
+    assert towed.pressure_uncertainty == still.pressure_uncertainty
+    for _ in range(199):
+        sensor.process(codes(1.2, rig), ALL_VALID, unknown)
+    assert not sensor.can_be_zeroed

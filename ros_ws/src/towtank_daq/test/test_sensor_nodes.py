@@ -18,6 +18,10 @@ from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
 START_S = 1_000_000
 ZERO_SCANS = 10
+SPEED_SCANS = 11
+"""They span half the window of a velocity, which is known from then on."""
+DRIVE_SCANS = 37
+"""So many until the carriage's acceleration is known, too."""
 
 
 FISH = "/measured/fish/pressure_sensor"
@@ -84,6 +88,16 @@ class Bench:
         self.publisher.publish(scan)
         return scan
 
+    def settle(self, codes, heard: list, scans: int) -> AdcScan:
+        """Send so many scans with standing shafts, and wait for what comes of them.
+
+        Codes are live ones, up by one in every second scan, but not in the first and the last.
+        """
+        for k in range(scans):
+            scan = self.send([code + k % 2 if code else 0 for code in codes])
+        self.spin_until(lambda: len(heard) == scans)
+        return scan
+
     def spin_until(self, condition) -> None:
         while not condition():
             self.executor.spin_once(timeout_sec=0.1)
@@ -138,9 +152,9 @@ def test_pressure_node(bench):
     pressures = made.hear(FluidPressure, "/measured/depressor/pressure")
     depths = made.hear(Depth, "/measured/depressor/depth")
     made.connected()
-    scan = made.send([0, bridge(0.016), 0, 0, 0, 0])
-    made.spin_until(lambda: pressures and depths)
-    pressure, depth = pressures[0], depths[0]
+    scan = made.settle([0, bridge(0.016), 0, 0, 0, 0], depths, SPEED_SCANS)
+    made.spin_until(lambda: len(pressures) == SPEED_SCANS)
+    pressure, depth = pressures[-1], depths[-1]
     assert pressure.fluid_pressure == pytest.approx(20_000, abs=0.01)
     weight = made.node.rig.water.density.value * made.node.rig.water.gravity.value
     assert depth.depth == pytest.approx(20_000 / weight, abs=1e-6)
@@ -151,6 +165,10 @@ def test_pressure_node(bench):
     assert depth.standard_uncertainty < depth.u95 < 2 * depth.standard_uncertainty
     assert math.isnan(depth.zero_depth)
     assert depth.health.flags == SensorHealth.EXCITATION  # its code is zero here
+    # Until the carriage's speed is known, a depth is not, but the pressure is
+    assert all(math.isnan(early.depth) and not early.valid for early in depths[:-1])
+    assert pressures[0].fluid_pressure == pressure.fluid_pressure
+    assert pressures[0].variance == pressure.variance
     for message in (pressure, depth):
         assert message.header.frame_id == "depressor_pressure"
         assert time_ns(message.header.stamp) == time_ns(scan.header.stamp) - 2_272_257
@@ -162,9 +180,8 @@ def test_zeroing_by_service(bench):
     made = bench(FISH, zero_scans=ZERO_SCANS)
     depths = made.hear(Depth, "/measured/fish/depth")
     made.connected()
-    made.send([bridge(0.012), 0, 0, 0, 0, 0])
-    made.spin_until(lambda: depths)
-    before = depths[0]
+    made.settle([bridge(0.012), 0, 0, 0, 0, 0], depths, SPEED_SCANS)
+    before = depths[-1]
     assert math.isnan(before.zero_depth)
     refused = made.call_zero()
     assert not refused.success
@@ -191,10 +208,11 @@ def test_pressure_of_a_bad_scan(bench):
     made = bench(FISH)
     depths = made.hear(Depth, "/measured/fish/depth")
     made.connected()
+    made.settle([bridge(0.012), 0, 0, 0, 0, 0], depths, SPEED_SCANS)
     made.send([0] * 6, valid_mask=0x3E)
-    made.spin_until(lambda: depths)
-    assert not depths[0].valid
-    assert math.isnan(depths[0].depth)
+    made.spin_until(lambda: len(depths) == SPEED_SCANS + 1)
+    assert not depths[-1].valid
+    assert math.isnan(depths[-1].depth)
 
 
 @pytest.mark.timeout(60)
@@ -205,9 +223,9 @@ def test_inclinometer_node(bench):
     inclinations = made.hear(Inclination, "/measured/fish/inclination")
     made.connected()
     volts = (1.65 + 0.33, 1.65, 1.65 + 0.66 * math.cos(math.pi / 6))
-    scan = made.send([0, 0, *map(single_ended, volts), 0])
-    made.spin_until(lambda: imus and inclinations)
-    imu, inclination = imus[0], inclinations[0]
+    scan = made.settle([0, 0, *map(single_ended, volts), 0], inclinations, DRIVE_SCANS)
+    made.spin_until(lambda: len(imus) == DRIVE_SCANS)
+    imu, inclination = imus[-1], inclinations[-1]
     assert inclination.pitch == pytest.approx(-math.pi / 6, abs=1e-5)
     assert inclination.roll == pytest.approx(0.0, abs=1e-5)
     assert inclination.valid
@@ -219,6 +237,9 @@ def test_inclinometer_node(bench):
         assert combined == pytest.approx(math.hypot(a, b))
         assert combined < u95 < 2.1 * combined
     assert inclination.health.flags == 0
+    # What the carriage's acceleration does to an angle is not known at once; the angle is
+    assert all(math.isnan(early.pitch_u95) for early in inclinations[:-1])
+    assert inclinations[0].pitch == inclination.pitch and inclinations[0].valid
     covariance = imu.linear_acceleration_covariance.reshape(3, 3)
     assert (covariance == covariance.T).all()
     assert 0.03 < math.sqrt(covariance[0, 0]) < 0.08
@@ -240,17 +261,18 @@ def test_encoder_node(bench):
     made = bench(ENCODER)
     joints = made.hear(JointState, "/measured/joint_states")
     made.connected()
-    for k in range(5):
+    for k in range(SPEED_SCANS):
         scan = made.send([0] * 6, crank=2**40 + 100 * k, carriage=-7 + 200 * k)
-    made.spin_until(lambda: len(joints) == 5)
+    made.spin_until(lambda: len(joints) == SPEED_SCANS)
     last = joints[-1]
+    assert all(math.isnan(rate) for early in joints[:-1] for rate in early.velocity)
     assert list(last.name) == ["crank", "carriage", "tow_point"]
-    assert last.position[0] == pytest.approx(400 * 2 * math.pi / 4096)
-    assert last.position[1] == pytest.approx(800 * 0.5 / 4096)
+    assert last.position[0] == pytest.approx(1000 * 2 * math.pi / 4096)
+    assert last.position[1] == pytest.approx(2000 * 0.5 / 4096)
     assert last.velocity[0] == pytest.approx(10_000 * 2 * math.pi / 4096)
     assert last.velocity[1] == pytest.approx(20_000 * 0.5 / 4096)
     # The rig's crank moves the tow point by 60 mm times the sine of its angle
-    angle = 400 * 2 * math.pi / 4096
+    angle = 1000 * 2 * math.pi / 4096
     assert last.position[2] == pytest.approx(0.06 * math.sin(angle))
     rate = 10_000 * 2 * math.pi / 4096
     assert last.velocity[2] == pytest.approx(0.06 * math.cos(angle) * rate)
@@ -258,7 +280,7 @@ def test_encoder_node(bench):
     assert list(joints[0].position) == [0.0, 0.0, 0.0]
     assert made.call_zero().success
     made.send([0] * 6, crank=5, carriage=5)
-    made.spin_until(lambda: len(joints) == 6)
+    made.spin_until(lambda: len(joints) == SPEED_SCANS + 1)
     assert list(joints[-1].position) == [0.0, 0.0, 0.0]
 
 
@@ -289,7 +311,7 @@ def test_diagnostics_tell_what_looks_wrong_and_that_it_is_over(bench):
     def level():
         return made.statuses[-1].level
 
-    send(0.012, ZERO_SCANS + 1)
+    send(0.012, SPEED_SCANS - 1 + ZERO_SCANS)
     made.spin_until(lambda: made.values()["state"] == "ready")
     assert level() == DiagnosticStatus.OK
     send(0.055, 3)

@@ -9,10 +9,15 @@ constant acceleration; a jerk j leaves an error of j T^2 / 10. A crank and a car
 so little else is asked of it. Quantisation to a step q passes into it as noise of standard
 deviation (q / sqrt(12)) sqrt(192 / n) / T, with n positions in the window: 4.4 q a second at
 100 Hz and T = 0.2 s. Real instants are used, so lost scans and uneven stamps do no harm.
+
+A velocity is known once the positions span half the window; until then, at the start and after a
+gap, it is NaN. With half a window the noise is 2.8 times as strong, and with less it soon is no
+measurement.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import NamedTuple
 
@@ -33,16 +38,17 @@ class VelocityFilter:
         self._samples: deque[tuple[int, float]] = deque()
 
     def update(self, stamp_ns: int, position: float) -> float:
-        """Velocity after one more position, position units per second; stamps must increase."""
+        """Velocity after one more position, position units per second; stamps must increase.
+
+        NaN as long as the positions span less than half the window.
+        """
         samples = self._samples
         samples.append((stamp_ns, position))
         while stamp_ns - samples[0][0] > self._window_ns:
             samples.popleft()
+        if stamp_ns - samples[0][0] < self._window_ns / 2:
+            return math.nan
         return self._end_slope()
-
-    def reset(self) -> None:
-        """Forget all positions, as after they were given a new origin."""
-        self._samples.clear()
 
     def _end_slope(self) -> float:
         """Slope at the end of the least-squares parabola; the chord's with only two samples."""
@@ -72,8 +78,6 @@ class VelocityFilter:
         return b + 2.0 * c * u[-1]
 
     def _chord(self) -> float:
-        if len(self._samples) < 2:
-            return 0.0
         (start_ns, start), (end_ns, end) = self._samples
         return (end - start) / ((end_ns - start_ns) * 1e-9)
 
@@ -94,18 +98,18 @@ class Encoder:
     def zero(self) -> None:
         """Make the next count the origin."""
         self._origin = None
-        self._velocity.reset()
 
     def update(self, stamp_ns: int, count: int) -> tuple[float, float]:
         """Position and velocity; the first count is the origin."""
         if self._origin is None:
             self._origin = count
         position = self._start + self._step * (count - self._origin)
-        return position, self._velocity.update(stamp_ns, position)
+        # From the counts, which go on evenly where the position gets a new origin
+        return position, self._step * self._velocity.update(stamp_ns, count)
 
 
 class Drive(NamedTuple):
-    """How the drive moves the tow: rad/s, m/s, m/s^2."""
+    """How the drive moves the tow: rad/s, m/s, m/s^2; NaN while that is not known."""
 
     crank_rate: float
     carriage_speed: float
@@ -118,7 +122,9 @@ AT_REST = Drive(0.0, 0.0, 0.0)
 class DriveWatch:
     """How crank and carriage move, from the counts that come with every scan.
 
-    For what acts on the other sensors while the tow is under way.
+    For what acts on the other sensors while the tow is under way. At the start and after a gap the
+    speeds are not known for half a velocity's window, the acceleration for a quarter of a second
+    more: no speed from before a gap counts.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -130,11 +136,18 @@ class DriveWatch:
         """The drive after one more scan; stamps must increase."""
         _, crank_rate = self._crank.update(stamp_ns, crank_count)
         _, speed = self._carriage.update(stamp_ns, carriage_count)
+        return Drive(crank_rate, speed, self._acceleration(stamp_ns, speed))
+
+    def _acceleration(self, stamp_ns: int, speed: float) -> float:
         speeds = self._speeds
+        if math.isnan(speed):
+            speeds.clear()
+            return math.nan
         speeds.append((stamp_ns, speed))
         while len(speeds) > 2 and stamp_ns - speeds[1][0] >= 1e9 * _ACCELERATION_WINDOW_S:
             speeds.popleft()
         first_ns, first = speeds[0]
         elapsed_s = (stamp_ns - first_ns) * 1e-9
-        acceleration = (speed - first) / elapsed_s if elapsed_s > _ACCELERATION_WINDOW_S / 2 else 0
-        return Drive(crank_rate, speed, acceleration)
+        if elapsed_s <= _ACCELERATION_WINDOW_S / 2:
+            return math.nan
+        return (speed - first) / elapsed_s

@@ -40,7 +40,11 @@ class AngleUncertainty:
 
 @dataclass(frozen=True, slots=True)
 class InclinometerReading:
-    """One sample. NaN where the board lacks a conversion."""
+    """One sample. NaN where the board lacks a conversion.
+
+    The angles' uncertainties are NaN, too, while it is not known how the drive moves (the first
+    0.4 s, and as long after a gap): the angles are measured, but nobody knows what acts on them.
+    """
 
     specific_force: tuple[float, float, float]
     """In fish axes, m/s^2."""
@@ -95,12 +99,15 @@ class Inclinometer:
         force = self._conversion.specific_force(volts)
         x, y, z = (float(component) for component in force)
         pitch_rad, roll_rad = float(pitch(force)), float(roll(force))
+        known = not math.isnan(drive.crank_rate + drive.carriage_acceleration)
         stated = self._stated(
             round(pitch_rad / _ANGLE_STEP),
             round(roll_rad / _ANGLE_STEP),
-            round(abs(drive.crank_rate) / _CRANK_STEP),
-            round(abs(drive.carriage_acceleration) / _ACCELERATION_STEP),
+            round(abs(drive.crank_rate) / _CRANK_STEP) if known else 0,
+            round(abs(drive.carriage_acceleration) / _ACCELERATION_STEP) if known else 0,
         )
+        if not known:
+            stated = (_UNKNOWN, _UNKNOWN, stated[2])  # the force is what the sensor feels
         magnitude = math.sqrt(x * x + y * y + z * z)
         valid = abs(magnitude - self._gravity) <= FORCE_TOLERANCE * self._gravity and not any(
             adc.saturated(code) for adc, code in zip(self._adc, raw, strict=True)

@@ -33,7 +33,12 @@ class ZeroingError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class PressureReading:
-    """One sample. NaN where the board has no conversion. Uncertainties are standard (k = 1)."""
+    """One sample. Uncertainties are standard (k = 1).
+
+    NaN where the board has no conversion. While the carriage's speed is not known (the first tenth
+    of a second, and as long after a gap), neither is what the flow adds at the port: the depth and
+    its uncertainty are NaN then, and no older speed stands in for it.
+    """
 
     pressure: float
     """Gauge pressure at the port, Pa, that of the flow included, not zeroed."""
@@ -48,7 +53,8 @@ class PressureReading:
     depth_u95: float
     """Half-width of the 95 % interval, m."""
     valid: bool
-    """False without a conversion, at an end of the ADC's scale or beyond the sensor's range."""
+    """False without a conversion or a known speed, at an end of the ADC's scale or beyond the
+    sensor's range."""
 
     @property
     def depth_uncertainty(self) -> float:
@@ -114,15 +120,21 @@ class PressureSensor:
             return _MISSING
         code = codes[self.channel]
         pressure = float(self._conversion.pressure(code))
-        speed = abs(drive.carriage_speed)
+        known = not math.isnan(drive.carriage_speed)
+        speed = abs(drive.carriage_speed) if known else 0.0
         depth = float(self._conversion.depth(pressure, speed))
+        stated = self._stated(round(depth / _DEPTH_STEP), round(speed / _SPEED_STEP))
+        # No flow acts on what the pressure is worth
+        pressure_uncertainty = self._weight * math.hypot(stated.head, self._type_a)
+        if not known:
+            return PressureReading(
+                pressure, pressure_uncertainty, math.nan, self._type_a, math.nan, math.nan, False
+            )
         valid = not self._conversion.channel.saturated(code) and (
             -_RANGE_BELOW * self._full_scale <= pressure <= self._full_scale
         )
         if valid:
             self._recent.append(depth)
-        stated = self._stated(round(depth / _DEPTH_STEP), round(speed / _SPEED_STEP))
-        pressure_uncertainty = self._weight * math.hypot(stated.head, self._type_a)
         if self._rest_depth is None:
             type_b, u95 = stated.absolute, stated.absolute_u95
         else:
