@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import accelerometer_conversion, mounting_rotation, rotation
-from towtank_rig.quantity import NORMAL_95
+from towtank_rig.quantity import NORMAL_95, Tolerance
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, relative_limit
+from towtank_lab.propagation import Estimate, relative_limit, worst
 
 SIX_POSITIONS: dict[str, tuple[float, float]] = {
     "z up (upright)": (0.0, 0.0),
@@ -65,8 +65,7 @@ class AccelerometerResult:
     @property
     def rotation(self) -> np.ndarray:
         """Return the small rotation vector of the sensor against the rig's mounting, rad, (3,)."""
-        e = (self.misalignment - self.misalignment.T) / 2.0
-        return np.array([e[1, 2], e[2, 0], e[0, 1]])
+        return rotation_vector(self.misalignment)
 
     @property
     def coupling(self) -> np.ndarray:
@@ -82,6 +81,12 @@ class AccelerometerResult:
     def zero_g_error(self) -> float:
         """Return half the 95 % interval of the zeros, V, the greatest."""
         return max(estimate.u95 for estimate in self.zero_g)
+
+
+def rotation_vector(misalignment: np.ndarray) -> np.ndarray:
+    """Return the small rotation, rad, shape (3,), in what each axis feels of the others, (3, 3)."""
+    e = (misalignment - misalignment.T) / 2.0
+    return np.array([e[1, 2], e[2, 0], e[0, 1]])
 
 
 def calibrate_accelerometer(
@@ -175,8 +180,9 @@ def section(result: AccelerometerResult, count: int) -> dict[str, object]:
 def drift(rig: Rig, result: AccelerometerResult) -> dict[str, object] | None:
     """Return what changed against the calibration in force; None if there is none.
 
-    ``normalised`` is the greatest difference of a sensitivity or a zero over the root of the sum of
-    both 95 % intervals' squares (E_n): within ±1 the two agree.
+    ``normalised`` is the greatest difference of a sensitivity, a zero or the rotation about an axis
+    over the root of the sum of both 95 % intervals' squares (E_n), ``of`` which it is: up to 1 the
+    two agree.
     """
     before = rig.calibrations.accelerometer
     if before is None:
@@ -184,15 +190,25 @@ def drift(rig: Rig, result: AccelerometerResult) -> dict[str, object] | None:
     old = accelerometer_conversion(rig)
     slopes = np.array([e.value for e in result.sensitivity]) / old.sensitivity - 1.0
     zeros = np.array([e.value for e in result.zero_g]) - old.zero_g
-    slope_u95 = math.hypot(
-        NORMAL_95 * before.sensitivity_error.standard_uncertainty, result.sensitivity_error
-    )
-    zero_u95 = math.hypot(NORMAL_95 * before.zero_g_error.standard_uncertainty, result.zero_g_error)
+    misaligned = before.misalignment.matrix if before.misalignment else np.zeros((3, 3))
+    turned = result.rotation - rotation_vector(misaligned)
+
+    def interval(stated: Tolerance, found: float) -> float:
+        return math.hypot(NORMAL_95 * stated.standard_uncertainty, found)
+
+    normalised = {
+        "sensitivity": np.abs(slopes).max()
+        / interval(before.sensitivity_error, result.sensitivity_error),
+        "zero": np.abs(zeros).max() / interval(before.zero_g_error, result.zero_g_error),
+        "alignment": np.abs(turned).max()
+        / interval(before.alignment_error, result.alignment_error),
+    }
     return {
         "against": before.id,
         "sensitivity_relative": slopes.tolist(),
         "zero_g_V": zeros.tolist(),
-        "normalised": float(max(np.abs(slopes).max() / slope_u95, np.abs(zeros).max() / zero_u95)),
+        "rotation_rad": turned.tolist(),
+        **worst({name: float(difference) for name, difference in normalised.items()}),
     }
 
 

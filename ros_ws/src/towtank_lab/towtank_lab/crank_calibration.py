@@ -19,10 +19,11 @@ from scipy.optimize import least_squares
 from towtank_rig import Rig
 from towtank_rig.instruments import CrankCalibration, CrankEncoder
 from towtank_rig.motion import tow_point_motion
+from towtank_rig.quantity import NORMAL_95
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate
+from towtank_lab.propagation import Estimate, within_range, worst
 
 
 @dataclass(frozen=True)
@@ -113,18 +114,34 @@ def section(result: CrankResult, mark_limit: float) -> dict[str, object]:
 
 
 def drift(rig: Rig, result: CrankResult) -> dict[str, object]:
-    """Return what differs from the encoder that the rig states.
+    """Return what differs from the encoder, the zero and the crank that the rig states.
 
-    ``normalised``: difference of the counts per turn, without their sign, over their 95 % interval.
+    ``normalised`` is the greatest difference of counts per turn (without their sign), zero angle
+    and radius over the root of the sum of both 95 % intervals' squares (E_n), ``of`` which it is.
+    The zero compares with the last calibration's: without one the rig states none. Zero and radius
+    need heights.
     """
     stated = _stated(rig)
     change = abs(result.counts_per_turn.value) - stated.counts_per_revolution
-    return {
+    found: dict[str, object] = {
         "against": getattr(stated, "id", "the rig's sensors.crank_encoder"),
         "counts_per_turn": change,
         "direction_changed": result.direction != stated.direction,
-        "normalised": change / result.counts_per_turn.u95,
     }
+    normalised = {"counts per turn": abs(change) / result.counts_per_turn.u95}
+    before = rig.calibrations.crank
+    if before is not None and result.zero_angle is not None:
+        turned = math.remainder(result.zero_angle.value - before.zero_angle.value, 2.0 * math.pi)
+        interval = NORMAL_95 * before.zero_angle_error.standard_uncertainty
+        found["zero_angle_rad"] = turned
+        normalised["zero angle"] = abs(turned) / math.hypot(interval, result.zero_angle.u95)
+    if result.radius is not None:
+        nominal = within_range(rig.tow_point.motion.crank_radius)
+        longer = result.radius.value - nominal.value
+        found["radius_m"] = longer
+        both = math.hypot(nominal.u95, result.radius.u95)
+        normalised["the rig's crank radius"] = abs(longer) / both
+    return {**found, **worst(normalised)}
 
 
 def _stated(rig: Rig) -> CrankCalibration | CrankEncoder:

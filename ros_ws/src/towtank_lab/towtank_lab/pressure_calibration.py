@@ -21,7 +21,7 @@ from towtank_rig.quantity import NORMAL_95
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, relative_limit
+from towtank_lab.propagation import Estimate, relative_limit, worst
 
 # Depths nearer than this to one another are the same step of the stairs, m.
 _SAME_DEPTH = 0.005
@@ -145,7 +145,7 @@ def drift(rig: Rig, sensor: PressureSensorName, result: PressureResult) -> dict[
     """Return what changed against the calibration in force; None if there is none.
 
     ``normalised`` is the difference of the spans over the root of the sum of both 95 % intervals'
-    squares (E_n): within ±1 the two agree.
+    squares (E_n): up to 1 the two agree.
     """
     before = getattr(rig.calibrations, sensor)
     if before is None:
@@ -158,8 +158,8 @@ def drift(rig: Rig, sensor: PressureSensorName, result: PressureResult) -> dict[
     return {
         "against": before.id,
         "span_relative": change,
-        "normalised": change / math.hypot(interval, result.span_error),
         "offset_Pa": offset,
+        **worst({"span": abs(change) / math.hypot(interval, result.span_error)}),
     }
 
 

@@ -236,9 +236,9 @@ def _finding(name: str, estimate: Estimate, unit: str) -> Finding:
 
 
 def _drift_notes(drift: dict[str, Any] | None) -> list[str]:
-    if drift is None or abs(drift["normalised"]) <= 1.0:
+    if drift is None or drift["normalised"] <= 1.0:
         return []
     return [
-        f"differs from {drift['against']} by {abs(drift['normalised']):.1f} times what both "
-        "intervals allow: find out why before a trial rests on it"
+        f"against {drift['against']}: {drift['of']} differs by {drift['normalised']:.1f} times "
+        "what both intervals allow: find out why before a trial rests on it"
     ]

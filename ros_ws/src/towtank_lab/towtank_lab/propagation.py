@@ -60,6 +60,12 @@ def relative_limit(quantity: Quantity) -> float:
     return (high - low) / 2.0 / abs(quantity.value)
 
 
+def worst(normalised: Mapping[str, float]) -> dict[str, object]:
+    """Return the greatest of the normalised differences, and ``of`` what it is, for a record."""
+    of = max(normalised, key=lambda name: normalised[name])
+    return {"normalised": normalised[of], "of": of}
+
+
 def mean_of(values: Sequence[float], label: str) -> Estimate:
     """Return the mean of repeated readings, type A (GUM 4.2). ValueError for fewer than two."""
     if len(values) < 2:
