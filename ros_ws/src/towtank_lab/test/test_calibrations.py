@@ -21,6 +21,7 @@ from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import fit
 from towtank_lab.pressure_calibration import Immersion, calibrate_pressure
 from towtank_rig import load_rig
+from towtank_rig.conversion import rotation
 from towtank_rig.motion import tow_point_motion
 
 RIGS = Path(__file__).parents[4] / "hardware" / "rigs"
@@ -131,13 +132,13 @@ def test_six_positions_point_where_their_names_say():
 
 
 @given(
-    rotation=st.tuples(*[st.floats(-0.05, 0.05)] * 3),
+    turned=st.tuples(*[st.floats(-0.05, 0.05)] * 3),
     coupling=st.floats(-0.02, 0.02),
     seed=st.integers(0, 2**31),
 )
-def test_exact_positions_give_the_sensor_back(rotation, coupling, seed):
+def test_exact_positions_give_the_sensor_back(turned, coupling, seed):
     """Six positions and any others: zeros, sensitivities and directions of the axes."""
-    x, y, z = rotation
+    x, y, z = turned
     misalignment = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]]) + coupling * (1 - np.eye(3))
     tilts = np.random.default_rng(seed).uniform(-1.5, 1.5, (4, 2))
     found = calibrate_accelerometer(
@@ -146,16 +147,17 @@ def test_exact_positions_give_the_sensor_back(rotation, coupling, seed):
     assert [e.value for e in found.zero_g] == pytest.approx(ZERO, rel=1e-10)
     assert [e.value for e in found.sensitivity] == pytest.approx(SENSITIVITY, rel=1e-10)
     assert found.misalignment == pytest.approx(misalignment, abs=1e-10)
-    assert found.rotation == pytest.approx(rotation, abs=1e-10)
+    assert found.rotation == pytest.approx(turned, abs=1e-10)
 
 
 def test_accelerometer_intervals_cover_the_truth():
-    """200 calibrations with 1 mV of scatter a reading, three axes each: 95 % of zeros and
+    """200 calibrations with 1 mV of scatter a reading, three straight axes each: 95 % of zeros and
     sensitivities inside, four standard deviations of 600 counts are 3.6 %."""
+    rig = RIG.replace({"sensors.accelerometer.errors.nonlinearity": 0.0})
     inside = np.zeros(2)
     for seed in range(200):
         found = calibrate_accelerometer(
-            RIG,
+            rig,
             positions(ZERO, SENSITIVITY, np.zeros((3, 3)), SIX, noise=1e-3, seed=seed),
             level_limit=0.0,
         )
@@ -168,15 +170,59 @@ def test_accelerometer_intervals_cover_the_truth():
     assert inside / 600 == pytest.approx(0.95, abs=0.036)
 
 
+def on_a_table(lean, level_limit):
+    """Calibration on a table that leans by angles along x and y, rad, with ideal axes."""
+    up = np.array([*lean, 1.0]) * G
+    volts = [np.array(ZERO) + SENSITIVITY * (up @ rotation(*a, 0.0)) for a in SIX]
+    taken = [Position(*attitude, tuple(v)) for attitude, v in zip(SIX, volts, strict=True)]
+    return calibrate_accelerometer(RIG, taken, level_limit=level_limit)
+
+
 def test_table_out_of_level_is_within_the_limit():
-    """All positions taken on a table that leans by 0.2°, stated as at most 0.3°."""
-    lean = math.radians(0.2)
-    taken = positions(ZERO, SENSITIVITY, np.zeros((3, 3)), [(r + lean, p) for r, p in SIX])
-    stated = [Position(roll, pitch, p.volts) for (roll, pitch), p in zip(SIX, taken, strict=True)]
-    found = calibrate_accelerometer(RIG, stated, level_limit=math.radians(0.3))
+    """By 0.2° both ways, stated as at most 0.3°."""
+    found = on_a_table(np.radians([0.2, -0.2]), level_limit=math.radians(0.3))
     for estimate, truth in zip(found.zero_g, ZERO, strict=True):
         assert abs(estimate.value - truth) <= estimate.u95
-    assert np.abs(found.misalignment).max() <= found.alignment_error
+    assert np.abs(found.rotation).max() <= found.rotation_error
+
+
+@pytest.mark.parametrize(
+    ("along", "zeros", "level"),
+    [(0, (4 / 6, 0.0, 0.0), (2 / 3, 0.0, 0.0)), (1, (0.0, 2 / 6, 0.0), (0.0, 4 / 3, 0.0))],
+)
+def test_shares_of_a_lean_are_those_derived(along, zeros, level):
+    """On the zeros, and on what a level fish then reads: as found, and as stated."""
+    lean = math.radians(0.1)
+    found = on_a_table(lean * np.eye(2)[along], level_limit=0.0)
+    moved = (np.array([e.value for e in found.zero_g]) - ZERO) / SENSITIVITY / G / lean
+    assert moved == pytest.approx(zeros, abs=1e-3)
+    felt = moved + found.misalignment[:, 2] / lean
+    assert felt[:2] == pytest.approx(level[:2], abs=1e-3)
+    # Both leans at once, and no bend: each axis has the share of its own
+    straight = RIG.replace({"sensors.accelerometer.errors.nonlinearity": 0.0})
+    taken = positions(ZERO, SENSITIVITY, np.zeros((3, 3)), SIX)
+    stated = calibrate_accelerometer(straight, taken, level_limit=lean)
+    per_limit = 1.959964 / math.sqrt(3.0) * SENSITIVITY[along] * G * lean
+    assert stated.zero_g[along].u95 / per_limit == pytest.approx(zeros[along], rel=1e-6)
+    assert stated.level_error[along] / per_limit == pytest.approx(level[along], rel=1e-6)
+    assert stated.alignment_error < 1e-9
+
+
+def test_bend_and_lean_are_no_scatter():
+    """Axes that bend by up to 0.05 m/s² at 1 g (3.4 mV) and a table that leans by 0.2° (2 mV): a
+    scatter of 0.1 mV is found again."""
+    rng = np.random.default_rng(4)
+    up = np.array([0.003, -0.002, 1.0]) * G
+    taken = []
+    for attitude in [*SIX, *SIX[:2]]:
+        force = up @ rotation(*attitude, 0.0)
+        felt = force + np.array([0.05, -0.03, 0.0]) * np.square(force / 9.80665)
+        volts = np.array(ZERO) + SENSITIVITY * felt + rng.normal(0.0, 1e-4, 3)
+        taken.append(Position(*attitude, tuple(volts)))
+    found = calibrate_accelerometer(RIG, taken, level_limit=math.radians(0.3))
+    assert all(fit.scatter < 2e-4 and fit.freedom == 8 for fit in found.fits)
+    for estimate, truth in zip(found.zero_g, ZERO, strict=True):
+        assert abs(estimate.value - truth) <= estimate.u95
 
 
 def test_exchanged_channels_are_noticed():

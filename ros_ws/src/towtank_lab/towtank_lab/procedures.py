@@ -156,7 +156,7 @@ def evaluate_accelerometer(rig: Rig, rows: Sequence[Row], *, level_limit: float)
         findings.append(_finding(f"{axis}: sensitivity", slope, "V/(m/s²)"))
     for axis, angle in zip("xyz", result.rotation, strict=True):
         findings.append(
-            Finding(f"rotated about {axis}", float(angle), result.alignment_error, "rad")
+            Finding(f"rotated about {axis}", float(angle), result.rotation_error, "rad")
         )
     findings.append(
         Finding("greatest coupling of two axes", float(np.abs(result.coupling).max()), None, "1")

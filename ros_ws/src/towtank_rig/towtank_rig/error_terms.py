@@ -171,7 +171,8 @@ def accelerometer_error_terms(rig: Rig) -> tuple[ErrorTerm, ...]:
     errors = rig.sensors.accelerometer.errors
     calibration = rig.calibrations.accelerometer
     if calibration is None:
-        sensitivity, zero_g, rotation = errors.sensitivity, errors.zero_g, errors.alignment
+        sensitivity, rotation = errors.sensitivity, errors.alignment
+        zero_g = dict.fromkeys(AXES, errors.zero_g)
         couplings = tuple(
             ErrorTerm(f"cross axis {a}{b}", "coupling", (errors.cross_axis,), "1")
             for a in AXES
@@ -179,13 +180,13 @@ def accelerometer_error_terms(rig: Rig) -> tuple[ErrorTerm, ...]:
             if a != b
         )
     else:  # six positions show coupling and zero; what is left are the calibration's own errors
-        sensitivity, zero_g = calibration.sensitivity_error, calibration.zero_g_error
-        rotation = calibration.alignment_error
+        sensitivity, rotation = calibration.sensitivity_error, calibration.alignment_error
+        zero_g = {a: getattr(calibration, a).zero_g_error or calibration.zero_g_error for a in AXES}
         couplings = ()
     drift = (errors.zero_g_temperature, errors.temperature_since_calibration)
     return (
         *(ErrorTerm(f"sensitivity {a}", "sensitivity", (sensitivity,), "1") for a in AXES),
-        *(ErrorTerm(f"zero g {a}", "zero_g", (zero_g,), "V") for a in AXES),
+        *(ErrorTerm(f"zero g {a}", "zero_g", (zero_g[a],), "V") for a in AXES),
         *(ErrorTerm(f"zero g over temperature {a}", "zero_g", drift, "V") for a in AXES),
         *(
             ErrorTerm(f"nonlinearity {a}", "nonlinearity", (errors.nonlinearity,), "m/s^2")

@@ -222,6 +222,7 @@ class AxisCalibration(Section):
 
     zero_g: Voltage
     sensitivity: Sensitivity
+    zero_g_error: VoltageLimit | None = None  # in the place of what all axes have
 
 
 class Misalignment(Section):
