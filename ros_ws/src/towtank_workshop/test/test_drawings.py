@@ -200,7 +200,11 @@ def test_scales():
 
 def test_the_other_sheets_have_the_dimensions_of_their_rig():
     """By hand from the rig files: the stroke is twice the crank's radius, with a rod, too."""
-    assert labels(depressor.draw(NIT, 1, 1)) == {"⌀110": False}
+    assert labels(depressor.draw(NIT, 1, 1)) == {
+        "⌀110": False,
+        "41 [−55 … 55]": True,
+        "−36.7 [−55 … 55]": True,
+    }
     assert labels(crank.draw(NIT, 1, 1)) == {"R60": False, "(120)": False}
     assert labels(crank.draw(RIGS["wu_chwang_2001"], 1, 1)) == {
         "R100": False,
@@ -209,6 +213,33 @@ def test_the_other_sheets_have_the_dimensions_of_their_rig():
     }
     tow = labels(whole_tow.draw(NIT, 1, 1))
     assert tow["2200"] is False and tow["200 [100 … 500]"] is True
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_port_of_the_depressor_lies_where_the_rig_has_its_flow_coefficient(name):
+    """Potential flow past a sphere: Cp = 1 - 9/4 sin² of the angle from the bow, zero at 41.8°."""
+    rig = RIGS[name]
+    sensor = rig.sensors.depressor_pressure
+    assert math.hypot(*sensor.position.value) == pytest.approx(
+        rig.depressor.diameter.value / 2.0, abs=1e-4
+    )
+    angle = depressor.port_angle(rig)
+    assert math.degrees(angle) < 70.0  # ahead of separation, where the formula holds
+    assert 1.0 - 2.25 * math.sin(angle) ** 2 == pytest.approx(
+        sensor.flow_coefficient.value, abs=5e-3
+    )
+    limit = sensor.errors.flow_coefficient.value
+    assert 2.25 * math.sin(2.0 * angle) * math.radians(7.7) == pytest.approx(limit, rel=0.01)
+    words = {text.get_text() for text in depressor.draw(rig, 2, 5).texts}
+    assert "(41.8° from the bow)" in words
+
+
+def test_a_depressor_whose_port_the_rig_does_not_place_has_no_pocket():
+    """At the centre: housed in the sphere, and no more is known."""
+    changes = {f"sensors.depressor_pressure.position.{axis}": 0.0 for axis in "xyz"}
+    unplaced = depressor.draw(NIT.replace(changes), 2, 5)
+    assert not any("from the bow" in text.get_text() for text in unplaced.texts)
+    assert faults_of_layout(unplaced) == []
 
 
 def weight_of_the_tow(rig: Rig) -> float:
