@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 from synthetic_trial import CRANK_HZ, START_NS, trial_samples, write_trial
-from towtank_compare.charts import amplitude_spectrum
+from towtank_compare.charts import amplitude_spectrum, heave_chart
 from towtank_compare.report import write_report
 from towtank_compare.series import Series
 from towtank_compare.trial_result import trial_result
@@ -114,6 +114,20 @@ def test_an_existing_report_is_not_overwritten(trial_bag, tmp_path):
     with pytest.raises(FileExistsError):
         write_report(trial_bag, trial_result(trial_bag), path)
     assert path.read_text() == "mine"
+
+
+def test_gaps_are_not_bridged():
+    """8 s are missing behind the first 20 s. What a straight line over them would do to the
+    spectrum, the broken one shows not; the longest part is 20 s long."""
+    time = np.concatenate((np.arange(0, 20, 0.01), np.arange(28.3, 40, 0.01)))
+    stamps = START_NS + np.rint(1e9 * time).astype(np.int64)
+    heave = Series(stamps, 0.02 * np.cos(2 * np.pi * CRANK_HZ * time))
+    frequency, amplitude = amplitude_spectrum(heave)
+    assert amplitude[np.argmax(amplitude)] == pytest.approx(20.0, rel=1e-3)
+    assert amplitude[frequency > 2 * CRANK_HZ].max() < 0.1
+    (line,) = heave_chart({"fish": {"measured": heave}}, START_NS).data
+    assert np.flatnonzero(np.isnan(line.x)).tolist() == [2000]
+    assert np.isnan(line.y[2000])
 
 
 def test_a_spectrum_shows_a_sinusoids_amplitude():

@@ -20,6 +20,8 @@ SPECTRUM_RATE_HZ = 50.0
 SPECTRUM_LIMIT_HZ = 5.0
 SEGMENT_S = 16.0
 """Length of a segment of the spectra: resolves a sixteenth of a hertz."""
+GAP_S = 0.5
+"""Where samples are further apart a line is broken, and a spectrum is that of the longest part."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def spectrum_chart(heaves: dict[str, dict[str, Series]], crank_hz: float | None)
     for row, sources in enumerate(heaves.values(), start=1):
         for source, heave in sources.items():
             if len(heave) > 1:
-                _add_line(figure, source, *amplitude_spectrum(heave), row)
+                _add_line(figure, source, *amplitude_spectrum(heave), row, broken=False)
         figure.update_yaxes(title_text="amplitude, mm", type="log", row=row, col=1)
     if crank_hz is not None:
         figure.add_vline(x=crank_hz, line={"color": "#999", "dash": "dot"})
@@ -101,10 +103,16 @@ def spectrum_chart(heaves: dict[str, dict[str, Series]], crank_hz: float | None)
 
 
 def amplitude_spectrum(heave: Series) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies in Hz and amplitudes in mm; lost samples are bridged by straight lines."""
+    """Frequencies in Hz and amplitudes in mm, between gaps; single lost samples are bridged by
+    straight lines."""
     time = heave.seconds_since(int(heave.stamp_ns[0]))
-    even = np.arange(0.0, time[-1], 1 / SPECTRUM_RATE_HZ)
-    values = np.interp(even, time, heave.values)
+    ends = np.concatenate(([0], _gaps(time), [len(time)]))
+    longest = int(np.argmax(np.diff(ends)))
+    part = slice(ends[longest], ends[longest + 1])
+    even = np.arange(time[part][0], time[part][-1], 1 / SPECTRUM_RATE_HZ)
+    if len(even) < 2:
+        return np.empty(0), np.empty(0)
+    values = np.interp(even, time[part], heave.values[part])
     segment = min(len(values), round(SEGMENT_S * SPECTRUM_RATE_HZ))
     frequency, power = signal.welch(
         values, SPECTRUM_RATE_HZ, nperseg=segment, detrend="linear", scaling="spectrum"
@@ -113,7 +121,13 @@ def amplitude_spectrum(heave: Series) -> tuple[np.ndarray, np.ndarray]:
     return frequency[shown], 1e3 * np.sqrt(2 * power[shown])
 
 
-def _add_line(figure: go.Figure, source: str, x: np.ndarray, y: np.ndarray, row: int) -> None:
+def _add_line(
+    figure: go.Figure, source: str, x: np.ndarray, y: np.ndarray, row: int, broken: bool = True
+) -> None:
+    """A line; of samples over time, one that is broken in their gaps."""
+    if broken:
+        breaks = _gaps(x)
+        x, y = np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
     figure.add_scatter(
         x=_short(x),
         y=_short(y),
@@ -125,6 +139,11 @@ def _add_line(figure: go.Figure, source: str, x: np.ndarray, y: np.ndarray, row:
         row=row,
         col=1,
     )
+
+
+def _gaps(time_s: np.ndarray) -> np.ndarray:
+    """Where each part behind a gap begins."""
+    return np.flatnonzero(np.diff(time_s) > GAP_S) + 1
 
 
 def _short(values: np.ndarray) -> np.ndarray:
