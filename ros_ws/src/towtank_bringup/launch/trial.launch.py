@@ -11,6 +11,7 @@ Without `port` the virtual tank runs; TOWTANK_FIRMWARE must then name the folder
 import atexit
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
@@ -64,6 +65,19 @@ def conducted(event: ProcessExited, context: LaunchContext) -> Shutdown | None:
     return Shutdown(reason="the trial is done")
 
 
+def ended_once_more(restarts: int) -> Callable[[ProcessExited, LaunchContext], None]:
+    """As `ended`, for a process that launch starts again so often; the rest is the conductor's."""
+    left = restarts
+
+    def on_exit(event: ProcessExited, context: LaunchContext) -> None:
+        nonlocal left
+        left -= 1
+        if left < 0:
+            ended(event, context)
+
+    return on_exit
+
+
 def action_of(item: Item) -> ExecuteProcess:
     """The launch action that starts an item of the graph."""
     ending = {"on_exit": ended, "sigterm_timeout": str(STOP_TIMEOUT_S)}
@@ -73,6 +87,12 @@ def action_of(item: Item) -> ExecuteProcess:
         return Node(
             package=item.package, executable=item.executable, parameters=[item.parameters], **ending
         )
+    if item.restarts:
+        ending |= {
+            "on_exit": ended_once_more(item.restarts),
+            "respawn": True,
+            "respawn_max_retries": item.restarts,
+        }
     kind = LifecycleNode if item.lifecycle else Node
     return kind(
         package=item.package,

@@ -11,7 +11,14 @@ from pathlib import Path
 
 import pytest
 from ament_index_python.packages import get_package_share_directory
-from towtank_bringup.graph import FIRMWARE_IMAGE, VIRTUAL_BOARD, NodeGroup, Program, RosNode
+from towtank_bringup.graph import (
+    BOARD_RESTARTS,
+    FIRMWARE_IMAGE,
+    VIRTUAL_BOARD,
+    NodeGroup,
+    Program,
+    RosNode,
+)
 from towtank_bringup.plan import PlanError, plan_trial
 from towtank_bringup.processes import command_of
 
@@ -173,6 +180,20 @@ def test_launch_ends_well_with_the_conductors_good_end_only(launched):
             on_exit(action, status)
         assert on_exit(action, status, is_shutdown=True) is None
     assert on_exit(conductor, 0, is_shutdown=True) is None
+
+
+def test_launch_starts_the_boards_node_again_so_often(launched):
+    _, actions = launched
+    again = [action for action in actions if action.keywords.get("respawn")]
+    assert [action.keywords["name"] for action in again] == ["adc_board"]
+    (board,) = again
+    assert board.keywords["respawn_max_retries"] == BOARD_RESTARTS
+    context = types.SimpleNamespace(is_shutdown=False)
+    event = types.SimpleNamespace(process_name="it", returncode=-9)
+    for _ in range(BOARD_RESTARTS):
+        board.keywords["on_exit"](event, context)
+    with pytest.raises(RuntimeError, match="it ended with status -9"):
+        board.keywords["on_exit"](event, context)
 
 
 def test_launch_names_an_argument_that_is_no_number(firmware, tmp_path, launch_file):

@@ -2,7 +2,9 @@
 """The node that leads a trial: waits for the others, zeroes, drives, marks the log.
 
 The conductor knows the graph by name only. It configures and activates the lifecycle nodes, waits
-until every node has reported itself ready on /diagnostics, and publishes the trial's events.
+until every node has reported itself ready on /diagnostics, and publishes the trial's events. A
+lifecycle node whose process was started again under way, by whoever watches the processes, tells
+by its diagnostics that it is not ready any more; the conductor then activates it once more.
 """
 
 from __future__ import annotations
@@ -56,6 +58,8 @@ class Conductor(Node):
         self._lifecycle = [item for item in graph if isinstance(item, RosNode) and item.lifecycle]
         self._watch = watch
         self.say = say
+        self.leading = False
+        """True while all nodes are up, so that one that dies may be started again."""
         self._statuses: dict[str, DiagnosticStatus] = {}
         self.ratios: dict[str, HeaveRatio] = {}
         # As the scans' stamps, so that a step of the host's clock does not part events and scans
@@ -82,6 +86,9 @@ class Conductor(Node):
         for name, status in self._statuses.items():
             if status.level >= DiagnosticStatus.ERROR:
                 raise TrialError(f"{name}: {status.message}")
+        for node in self._lifecycle:
+            if self.leading and not self._ready(node.full_name):
+                self._bring_back(node)
 
     def reported(self, key: str) -> dict[str, int]:
         """Return the last count of that name by node, of those that report it."""
@@ -117,16 +124,18 @@ class Conductor(Node):
 
         targets: rate by joint, crank in rad/s and carriage in m/s; tolerance: fraction of it.
         """
-        steady_since = math.inf
+        steady_since, steady_for = math.inf, 0.0
 
         def on_joints(joints: JointState) -> None:
-            nonlocal steady_since
+            nonlocal steady_since, steady_for
             rates = dict(zip(joints.name, joints.velocity, strict=True))
             near = all(
                 abs(rates[name] - target) <= tolerance * abs(target)
                 for name, target in targets.items()
             )
-            steady_since = min(steady_since, time.monotonic()) if near else math.inf
+            now = time.monotonic()
+            steady_since = min(steady_since, now) if near else math.inf
+            steady_for = now - steady_since  # by what is measured: a silent encoder adds nothing
 
         # Only while it is needed: a hundred messages a second are work.
         subscription = self.create_subscription(
@@ -134,7 +143,7 @@ class Conductor(Node):
         )
         try:
             self.wait_until(
-                lambda: time.monotonic() - steady_since >= steady_s,
+                lambda: steady_for >= steady_s,
                 timeout_s,
                 "steady run at " + ", ".join(f"{n} {rate:.4g}" for n, rate in targets.items()),
             )
@@ -165,23 +174,41 @@ class Conductor(Node):
     def bring_up(self) -> None:
         """Activate the lifecycle nodes in the graph's order and wait until every node is ready."""
         for node in self._lifecycle:
-            self._transition(node, Transition.TRANSITION_CONFIGURE, "configured")
-            self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
+            self._activate(node)
         self.wait_until(
-            lambda: not self._not_ready(), SERVICE_TIMEOUT_S, "all nodes to report ready"
+            lambda: all(map(self._ready, self._node_names)),
+            SERVICE_TIMEOUT_S,
+            "all nodes to report ready",
+        )
+        self.leading = True
+
+    def _activate(self, node: RosNode) -> None:
+        self._transition(node, Transition.TRANSITION_CONFIGURE, "configured")
+        self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
+
+    def _ready(self, name: str) -> bool:
+        status = self._statuses.get(name)
+        return status is not None and any(
+            (pair.key, pair.value) == ("state", "ready") for pair in status.values
         )
 
-    def _not_ready(self) -> list[str]:
-        def ready(name: str) -> bool:
-            status = self._statuses.get(name)
-            return status is not None and any(
-                (pair.key, pair.value) == ("state", "ready") for pair in status.values
-            )
+    def _bring_back(self, node: RosNode) -> None:
+        """Activate a node whose process was started again, and mark that in the trial.
 
-        return [name for name in self._node_names if not ready(name)]
+        One that dies meanwhile ends the trial, for the answers that are waited for would not come.
+        """
+        self.leading = False
+        self.say(f"restarting {node.full_name}, whose process had ended")
+        self._activate(node)
+        self.wait_until(
+            lambda: self._ready(node.full_name), SERVICE_TIMEOUT_S, f"{node.full_name} to be ready"
+        )
+        self.leading = True
+        self.mark(TrialEvent.RESTARTED, node=node.full_name)
 
     def shut_down(self) -> None:
         """Deactivate and clean up the lifecycle nodes, the last activated first."""
+        self.leading = False
         for node in reversed(self._lifecycle):
             self._transition(node, Transition.TRANSITION_DEACTIVATE, "deactivated")
             self._transition(node, Transition.TRANSITION_CLEANUP, "cleaned up")

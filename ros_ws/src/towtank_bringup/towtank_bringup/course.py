@@ -110,7 +110,8 @@ def _cpu_seconds(process_tree: psutil.Process) -> float:
             times = process.cpu_times()
         except psutil.NoSuchProcess:
             continue
-        total += times.user + times.system
+        # Those of its children that have ended count on: one may have been started again
+        total += times.user + times.system + times.children_user + times.children_system
     return total
 
 

@@ -15,12 +15,18 @@ VIRTUAL_BOARD = "vboard/towtank-vboard"
 FIRMWARE_IMAGE = "towtank_board.elf"
 """Where `make -C firmware` puts the program and what it executes, below its folder."""
 
+BOARD_RESTARTS = 3
+"""The board's node may die so often in a trial: it holds nothing that the board does not have. What
+the others hold (zeros of sensors, the twin's state, the open bag) would be lost with them."""
+
 
 @dataclass(frozen=True)
 class RosNode:
     """A node that is its own process.
 
     lifecycle: the conductor configures and activates it, and deactivates it at the end.
+    restarts: how often its process is started again when it ends in the middle of a trial; 0: then
+    the trial ends.
     """
 
     package: str
@@ -29,6 +35,7 @@ class RosNode:
     name: str
     parameters: dict[str, Any] = field(default_factory=dict)
     lifecycle: bool = False
+    restarts: int = 0
 
     @property
     def full_name(self) -> str:
@@ -162,6 +169,7 @@ def measurement(settings: TrialSettings) -> Graph:
             "adc_board",
             {**rig, "port": str(settings.port), "rate_hz": settings.rate_hz},
             True,
+            restarts=BOARD_RESTARTS,
         ),
     )
 

@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
@@ -56,6 +55,7 @@ class Process:
     item: Item
     popen: subprocess.Popen[bytes]
     log: Path
+    restarts_left: int
 
     def last_words(self) -> str:
         """The line of its log that tells most: the last error, or the last line."""
@@ -80,30 +80,31 @@ class ProcessGroup:
         """
         for item in graph:
             log = self._logs / (item.full_name.strip("/").replace("/", ".") + ".log")
-            with log.open("wb") as output:
-                process = Process(item, self._spawn(item, output), log)
+            restarts = item.restarts if isinstance(item, RosNode) else 0
+            process = Process(item, self._spawn(item, log), log, restarts)
             self._processes.append(process)
             watch()
             if isinstance(item, Program):
                 self._wait_for_line(process, item.ready_line, watch)
 
-    def _spawn(self, item: Item, output: IO[bytes]) -> subprocess.Popen[bytes]:
+    def _spawn(self, item: Item, log: Path) -> subprocess.Popen[bytes]:
         command = command_of(item)
-        try:
-            return subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-                preexec_fn=_die_with_parent,
-                env={**os.environ, "PYTHONUNBUFFERED": "1"},
-            )
-        except OSError as error:
-            raise ProcessError(
-                f"{item.full_name} cannot start: {command[0]}: {error.strerror}: "
-                "build the project first"
-            ) from error
+        with log.open("ab") as output:
+            try:
+                return subprocess.Popen(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                    preexec_fn=_die_with_parent,
+                    env={**os.environ, "PYTHONUNBUFFERED": "1"},
+                )
+            except OSError as error:
+                raise ProcessError(
+                    f"{item.full_name} cannot start: {command[0]}: {error.strerror}: "
+                    "build the project first"
+                ) from error
 
     def _wait_for_line(
         self, process: Process, beginning: str, watch: Callable[[], None], timeout_s: float = 30.0
@@ -123,14 +124,21 @@ class ProcessGroup:
         """Process identifiers by name."""
         return {process.item.full_name: process.popen.pid for process in self._processes}
 
-    def check(self) -> None:
-        """Raise ProcessError if any process has ended."""
+    def check(self, may_restart: bool = False) -> None:
+        """Raise ProcessError if any process has ended.
+
+        may_restart: one that has restarts left is started again instead.
+        """
         for process in self._processes:
             status = process.popen.poll()
-            if status is not None:
+            if status is None:
+                continue
+            if not (may_restart and process.restarts_left):
                 raise ProcessError(
                     f"{process.item.full_name} ended with status {status}: {process.last_words()}"
                 )
+            process.restarts_left -= 1
+            process.popen = self._spawn(process.item, process.log)
 
     def stop(self) -> list[str]:
         """Stop all, the last started first. Returns the names of those that had to be killed."""

@@ -40,6 +40,8 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
         f"scans: {scans['scheduled']} scheduled, {scans['received']} received, "
         f"{scans['lost']} lost, {scans['bad']} bad"
     )
+    for node, count in result["restarts"].items():
+        console.print(f"warning: {node} had ended and was started again, {count} time(s)")
     for line in _health_warnings(result["sensor_health"]):
         console.print(line)
     if directory:

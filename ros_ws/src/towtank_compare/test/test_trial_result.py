@@ -13,6 +13,7 @@ from synthetic_trial import (
     RIG_FILE,
     SIMULATED,
     START_NS,
+    Sample,
     head,
     to_time,
     trial_samples,
@@ -23,7 +24,7 @@ from towtank_bag.reader import open_bag
 from towtank_compare.compare import CompareError, compare_bag
 from towtank_compare.samples import bag_samples, zero_depth
 from towtank_compare.trial_result import trial_result
-from towtank_interfaces.msg import HeaveRatio
+from towtank_interfaces.msg import HeaveRatio, TrialEvent
 from towtank_rig import load_rig
 
 
@@ -94,6 +95,38 @@ def test_samples_know_where_the_sensors_were_zeroed(trial_bag):
 def test_lost_and_bad_scans_are_counted(result):
     """From 2.00 s to 18.00 s there are 1601 ticks, two of them lost and one scan bad."""
     assert result["scans"] == {"scheduled": 1601, "received": 1599, "lost": 2, "bad": 1}
+
+
+@pytest.mark.parametrize("board_was_reset", [False, True])
+def test_scans_lost_while_the_boards_node_was_down_are_counted(tmp_path, board_was_reset):
+    """The last scan before is number 499, the first one after would be number 1205 by the host's
+    time, but the board's clock runs fast: 4.45 periods more fit between. They have no witness where
+    the board was reset."""
+    samples = []
+    for sample in trial_samples():
+        if sample.topic == "/measured/adc_scan":
+            scan = sample.message
+            if 500 <= scan.sequence < 1205:
+                continue
+            scan.board_ticks = 7_000_000_000 + 20_000 * scan.sequence
+            if scan.sequence >= 1205:
+                scan.board_ticks += 4 * 20_000 + 9_000
+                if board_was_reset:
+                    scan.board_ticks -= 7_020_000_000
+                scan.sequence -= 1205
+        samples.append(sample)
+    stamp = START_NS + int(12.0e9)
+    event = TrialEvent(header=head(stamp, ""), event="restarted", detail='{"node": "/a"}')
+    samples.append(Sample("/trial/events", stamp, event))
+    bag = write_trial(tmp_path / "bag", sorted(samples, key=lambda sample: sample.stamp_ns))
+    lost = 705 if board_was_reset else 709
+    result = trial_result(bag)
+    assert result["scans"]["lost"] == lost
+    assert result["scans"]["scheduled"] == result["scans"]["received"] + lost
+    assert result["restarts"] == {"/a": 1}
+    compared = compare_bag(bag)
+    assert compared["scans"] == result["scans"]
+    assert compared["restarts"] == result["restarts"]
 
 
 def test_health_of_the_sensors_is_counted(result):

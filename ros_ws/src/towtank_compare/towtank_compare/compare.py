@@ -22,7 +22,7 @@ from towtank_compare.result_form import (
 )
 from towtank_compare.samples import SIMULATED, bag_samples, has_source
 from towtank_compare.scans import scan_count, sensor_health
-from towtank_compare.trial_log import logged_window
+from towtank_compare.trial_log import logged_window, restarts
 
 SOURCES = ("measured", *SIMULATED)
 
@@ -36,9 +36,9 @@ def compare_bag(path: str | Path, window: Sequence[float] | None = None) -> dict
 
     window: begin and end in s since the epoch, as in `live.window` of a result; milliseconds count.
     Returns rig, window [s, s], measured and twin (the bare ratios, as the comparison node published
-    them for this window), heave_ratio, amplitude_m, scans, fish_place, and reasons for what is
-    missing. Raises BagError for a bag that cannot be read and CompareError where nothing can be
-    analysed.
+    them for this window), heave_ratio, amplitude_m, scans, restarts, fish_place, and reasons for
+    what is missing. Raises BagError for a bag that cannot be read and CompareError where nothing
+    can be analysed.
     """
     opened = open_comparison(path)
     t0_ms, t1_ms = opened.window(window)
@@ -115,6 +115,7 @@ class Comparison:
                 "twin_amplitude_m": analyses.along_fish,
             },
             "scans": scan_count(self.bag, t0_ms, t1_ms),
+            "restarts": restarts(self.bag),
             "sensor_health": sensor_health(self.bag, t0_ms, t1_ms),
             "analysis": {
                 source: analysis_entry(result)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from towtank_bag.reader import Bag
 from towtank_interfaces.msg import SensorHealth
+from towtank_node.scan_account import ScanAccount
 from towtank_rig import Rig
 from towtank_rig.conversion import carriage_encoder, crank_encoder
 
@@ -33,22 +34,22 @@ FLAGS = {
 def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
     """Scans of a window: scheduled by the board, received in the bag, lost, bad.
 
-    The board numbers the scans that it schedules, so the numbers of the first and the last scan
-    that came in tell how many were scheduled between them. A scan is bad when a channel has no
-    valid conversion, or the board raised a flag.
+    Lost are those missing between the first and the last one that came in, as ScanAccount counts
+    them. A scan is bad when a channel has no valid conversion, or the board raised a flag.
     """
-    scans = bag.series(SCANS, ["sequence", "valid_mask", "flags"])
+    fields = ["sequence", "board_ticks"]
+    scans = bag.series(SCANS, [*fields, "valid_mask", "flags"])
     stamps = scans["stamp_ns"]
     inside = (stamps >= t0_ms * NS_PER_MS) & (stamps <= t1_ms * NS_PER_MS)
-    sequence = np.unique(scans["sequence"][inside].astype(np.int64))
-    if not len(sequence):
-        return {"scheduled": 0, "received": 0, "lost": 0, "bad": 0}
+    account = ScanAccount()
+    columns = (scans[name][inside].astype(np.int64).tolist() for name in (*fields, "stamp_ns"))
+    for scan in zip(*columns, strict=True):
+        account.take(*scan)
     bad = (scans["valid_mask"][inside] != ALL_CHANNELS) | (scans["flags"][inside] != 0)
-    scheduled = int(sequence[-1] - sequence[0] + 1)
     return {
-        "scheduled": scheduled,
-        "received": len(sequence),
-        "lost": scheduled - len(sequence),
+        "scheduled": account.received + account.lost,
+        "received": account.received,
+        "lost": account.lost,
         "bad": int(np.count_nonzero(bad)),
     }
 

@@ -52,14 +52,27 @@ def logged_window(bag: Bag) -> tuple[int, int]:
 
 
 def overruns(bag: Bag) -> dict[str, int]:
-    """Overruns by node, from each node's last diagnostics."""
+    """Overruns by node, from its diagnostics; a node that was started again counts from 0 again."""
     counted: dict[str, int] = {}
+    last: dict[str, int] = {}
     for _, message in bag.messages("/diagnostics") if "/diagnostics" in bag.topics else ():
         for status in message.status:
             for pair in status.values:
                 if pair.key == "overruns":
-                    counted[status.name] = int(pair.value)
+                    count, before = int(pair.value), last.get(status.name, 0)
+                    more = count - before if count >= before else count
+                    counted[status.name] = counted.get(status.name, 0) + more
+                    last[status.name] = count
     return dict(sorted(counted.items()))
+
+
+def restarts(bag: Bag) -> dict[str, int]:
+    """How often a node was started again in the trial, by node; without those that never were."""
+    counted: dict[str, int] = {}
+    for event in events(bag):
+        if event.name == "restarted":
+            counted[event.detail["node"]] = counted.get(event.detail["node"], 0) + 1
+    return counted
 
 
 def cpu_cores(bag: Bag) -> float | None:

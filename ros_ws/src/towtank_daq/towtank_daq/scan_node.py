@@ -15,6 +15,8 @@ from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.parameters import Parameter, read_parameters
+from towtank_node.scan_account import ScanAccount
+from towtank_node.stamps import stamp_ns
 from towtank_rig import load_rig
 
 from towtank_daq.description import installed_description, load_description
@@ -37,8 +39,7 @@ class ScanNode(Node, ABC):
         )
         self.rig = load_rig(self.parameters.rig)
         self.board = load_description(installed_description())
-        self._last_sequence: int | None = None
-        self._missed = 0
+        self._account = ScanAccount()
         self._ready = False
         self._seen, self._told = Health(0), Health(0)
         self._flagged = dict.fromkeys(Health, 0)
@@ -63,9 +64,7 @@ class ScanNode(Node, ABC):
     def on_scan(self, scan: AdcScan, drive: Drive) -> None:
         """Work on the next scan; `drive` is how crank and carriage move at its instant."""
         with self.diagnostics.cycle():
-            if self._last_sequence is not None and scan.sequence > self._last_sequence:
-                self._missed += scan.sequence - self._last_sequence - 1
-            self._last_sequence = scan.sequence
+            self._account.take(scan.sequence, scan.board_ticks, stamp_ns(scan.header.stamp))
             self.take(scan, drive)
 
     @abstractmethod
@@ -74,7 +73,7 @@ class ScanNode(Node, ABC):
 
     def _details(self) -> dict[str, int]:
         return {
-            "scans_missed": self._missed,
+            "scans_missed": self._account.lost,
             **{f"health_{flag.names[0]}": count for flag, count in self._flagged.items()},
         }
 

@@ -19,7 +19,7 @@ from domain_coordinator import domain_id
 from towtank_rig import RigError
 
 from towtank_bringup.closing import IncompleteTrial, close_trial, marked
-from towtank_bringup.conductor import open_conductor
+from towtank_bringup.conductor import Conductor, open_conductor
 from towtank_bringup.course import drive_for, run_course
 from towtank_bringup.plan import PlanError, PlannedTrial, plan_trial
 from towtank_bringup.processes import ProcessGroup
@@ -85,11 +85,11 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
 def _start_and_lead(planned: PlannedTrial, stop: StopRequest, say: ProgressLine) -> None:
     """Start the graph, lead the trial through, stop everything whatever happens."""
     processes = ProcessGroup(planned.directory.logs)
-    conductor = None
+    conductor: Conductor | None = None
 
     def watch() -> None:
         stop.check()
-        processes.check()
+        processes.check(may_restart=conductor is not None and conductor.leading)
 
     try:
         say("starting the graph")

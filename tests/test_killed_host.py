@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The process of the board's node is killed in the logged part of a whole trial."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import time
+
+import numpy as np
+import psutil
+import pytest
+from towtank_bag.reader import open_bag
+from towtank_command import TOWTANK, processes_of, run_towtank
+
+pytestmark = pytest.mark.trial
+
+PERIOD_TICKS = 20_000
+"""Of the scans, at 100 Hz."""
+
+
+@pytest.fixture(scope="module")
+def trial(tmp_path_factory):
+    """The directory of a trial whose board's node was killed 8 s into the log."""
+    directory = tmp_path_factory.mktemp("trials") / "killed"
+    process = subprocess.Popen(
+        [*TOWTANK, "trial", "--duration", "30", "--noise", "none", "--out", directory],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    for line in process.stderr:
+        if line.startswith("logging"):
+            break
+    time.sleep(8.0)
+    nodes = [
+        child.pid
+        for child in psutil.Process(process.pid).children()
+        if any(part.endswith("/adc_board") for part in child.cmdline())
+    ]
+    assert len(nodes) == 1
+    os.kill(nodes[0], signal.SIGKILL)
+    table, words = process.communicate(timeout=180)
+    assert process.returncode == 0, words
+    assert "/measured/adc_board had ended and was started again" in table
+    assert processes_of(directory) == []
+    assert not (directory / "INCOMPLETE").exists()
+    return directory
+
+
+@pytest.fixture(scope="module")
+def result(trial):
+    return json.loads((trial / "result.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def scans(trial):
+    fields = ["sequence", "board_ticks", "crank_count", "valid_mask"]
+    return open_bag(trial / "bag").series("/measured/adc_scan", fields)
+
+
+@pytest.fixture(scope="module")
+def gap(scans):
+    """Index of the first scan of the second run."""
+    (begins,) = np.flatnonzero(np.diff(scans["sequence"].astype(np.int64)) < 0) + 1
+    return int(begins)
+
+
+def test_the_gap_is_marked(trial, result, scans, gap):
+    assert result["restarts"] == {"/measured/adc_board": 1}
+    events = {
+        message.event: (message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, message)
+        for _, message in open_bag(trial / "bag").messages("/trial/events")
+    }
+    stamp, message = events["restarted"]
+    assert json.loads(message.detail) == {"node": "/measured/adc_board"}
+    assert events["log_start"][0] < scans["stamp_ns"][gap] < stamp < events["log_stop"][0]
+
+
+def test_lost_scans_are_right_to_the_scan(trial, result, scans, gap):
+    """By the virtual board's clock, which is the host's and went on all the time."""
+    start, end = (round(1000 * t) * 1_000_000 for t in result["window"])
+    inside = (scans["stamp_ns"] >= start) & (scans["stamp_ns"] <= end)
+    periods = scans["board_ticks"].astype(np.int64) / PERIOD_TICKS
+    first, last = np.flatnonzero(inside)[[0, -1]]
+    # Two runs are two phases: over the gap the nearest whole number of periods counts
+    passed = round(periods[gap] - periods[gap - 1])
+    passed += round(periods[last] - periods[gap]) + round(periods[gap - 1] - periods[first])
+    assert result["scans"]["scheduled"] == passed + 1
+    assert result["scans"]["lost"] == passed + 1 - np.count_nonzero(inside)
+    seconds = (scans["stamp_ns"][gap] - scans["stamp_ns"][gap - 1]) * 1e-9
+    assert result["scans"]["lost"] == pytest.approx(100 * seconds - 1, abs=1)
+    offline = json.loads(run_towtank("compare", trial / "bag", "--json").stdout)
+    assert offline["scans"] == result["scans"]
+
+
+def test_nothing_is_invented_in_the_gap(trial, scans, gap):
+    """A sample is up to a scan's length (10 ms) later than its scan."""
+    bag = open_bag(trial / "bag")
+    start, end = scans["stamp_ns"][gap - 1], scans["stamp_ns"][gap]
+    assert end - start > 1e9
+    for topic in (
+        *("/measured/adc_scan", "/measured/joint_states", "/measured/fish/depth"),
+        *("/measured/depressor/depth", "/measured/fish/pressure", "/measured/fish/inclination"),
+        *("/twin/fish/odometry", "/twin/depressor/odometry"),
+    ):
+        stamps = bag.series(topic, [])["stamp_ns"]
+        inside = (stamps > start + 10_000_000) & (stamps < end - 10_000_000)
+        assert not np.count_nonzero(inside), topic
+
+
+def test_shafts_turned_on_and_speeds_are_true(trial, result, scans, gap):
+    """The board was not reset: its counts of the gap are those of the plant. A speed is not made
+    of the way over the gap, nor is there none."""
+    assert result["encoder"]["crank_counted"] == result["encoder"]["crank_expected"]
+    assert result["encoder"]["carriage_counted"] == result["encoder"]["carriage_expected"]
+    bag = open_bag(trial / "bag")
+    joints = bag.series("/measured/joint_states", ["velocity"])
+    after = np.flatnonzero(joints["stamp_ns"] == scans["stamp_ns"][gap])[0]
+    speed = np.array([row[1] for row in joints["velocity"]])
+    assert np.isnan(speed[after])
+    # Two counts of 0.12 mm in 10 ms at first
+    assert speed[after + 1 : after + 500] == pytest.approx(speed[after - 100], abs=0.03)
+    for body in ("fish", "depressor"):
+        depths = bag.series(f"/measured/{body}/depth", ["depth", "valid"])
+        first = np.searchsorted(depths["stamp_ns"], scans["stamp_ns"][gap] - 5_000_000)
+        assert not depths["valid"][first]
+        assert math.isnan(depths["depth"][first])
+        assert depths["valid"][first + 1 : first + 500].all()
+
+
+def test_heave_ratio_is_given(result):
+    measured = result["heave_ratio"]["measured"]
+    plant = result["heave_ratio"]["plant"]
+    assert measured["value"] == pytest.approx(plant["value"], abs=measured["u95"])
+    depressor = result["amplitude_m"]["depressor"]
+    assert depressor["measured"] == pytest.approx(depressor["plant"], rel=0.01)
+    seconds = result["scans"]["lost"] / 100
+    for body in ("fish", "depressor"):
+        gap_s = result["analysis"]["measured"][body]["largest_gap_s"]
+        assert gap_s == pytest.approx(seconds, abs=0.05)
