@@ -14,31 +14,52 @@ from towtank_bringup.plan import conversion_noise
 from towtank_bringup.rigs import rig_path
 from towtank_daq.board import AdcBoard
 from towtank_daq.description import installed_description, load_description
-from towtank_daq.doctor import Examination, examine
+from towtank_daq.doctor import REST_S, Examination, examine
 from towtank_daq.protocol import Protocol
 from towtank_rig import load_rig
 from vboard import VirtualBoard
-from virtual_line import MS, VirtualLine
+from virtual_line import COUNTS, MS, VirtualLine
 
 RIG = load_rig(rig_path("nit_calicut_2012"))
 BOARD = load_description(installed_description())
 AT_REST = ((5e-3, 0.0), (5e-3, 0.0), (1.65, 0.0), (1.65, 0.0), (2.31, 0.0), (10.0, 0.0))
 SECONDS = 4.0
+MOVED = (1.0, 1.5)  # turns of the crank, m of the carriage
 
 
-def found_on(faults=None, turn=(0.0, 0.0), turns=None, **options) -> Examination:
-    """turn: revolutions per second of crank and carriage."""
+def found_on(
+    faults=None, moved=(0.0, 0.0), given=(None, None), from_s=REST_S, creep=0.0, **options
+) -> Examination:
+    """moved: turns of the crank and m of the carriage, evenly after `from_s`; given: what the
+    doctor is told of them. creep: of the carriage's count before, counts/s."""
     options = {"seed": 51, "noise_volts": conversion_noise(RIG)} | options
     with VirtualBoard(ELF, **options) as virtual:
-        line = VirtualLine(virtual, AT_REST, turn)
+        line = VirtualLine(virtual, AT_REST, (0.0, creep / COUNTS))
         line.run(20 * MS)
         virtual.set_faults(**(faults or {}))
         scans = []
         board = AdcBoard(
             line, Protocol(BOARD), scans.append, print, line.monotonic_ns, patience_s=0.0
         )
+        rates = [distance / (SECONDS - from_s) for distance in moved]
+        circumference = RIG.sensors.carriage_encoder.wheel_circumference.value
+
+        def passed(passed_s: float) -> None:
+            if passed_s >= from_s:
+                line.crank_rate = 2 * math.pi * rates[0]
+                line.carriage_rate = 2 * math.pi * rates[1] / circumference
+            if passed_s >= SECONDS:
+                line.crank_rate = line.carriage_rate = 0.0
+
         return examine(
-            board, scans, RIG, BOARD, seconds=SECONDS, turns=turns, passed=lambda share: None
+            board,
+            scans,
+            RIG,
+            BOARD,
+            seconds=SECONDS,
+            turns=given[0],
+            travel=given[1],
+            passed=passed,
         )
 
 
@@ -49,10 +70,18 @@ def failures(found: Examination) -> list[str]:
 def test_sound_board():
     """The noise found is that of conversion_noise() at the terminals; of 400 scans it is known to
     9 %, three of that."""
-    found = found_on(turn=(0.25, 1.0), turns=1.0)
+    found = found_on(moved=MOVED, given=MOVED)
     assert failures(found) == []
     assert set(found.checks) == {"self-test", "scans", "noise", "encoders", "clock", "counters"}
-    assert found.facts["last reset"] == "power_on" and found.notes == ()
+    assert found.facts["last reset"] == "power_on" and found.not_checked == ()
+    shafts = {check.name: check.value for check in found.checks["encoders"]}
+    assert shafts == {
+        "crank at rest": pytest.approx(0, abs=1),
+        "crank": pytest.approx(MOVED[0], abs=0.02),  # begun and ended by bench frames of 5 ms
+        "carriage at rest": pytest.approx(0, abs=1),
+        "carriage": pytest.approx(MOVED[1], abs=0.02),
+        "illegal steps of both": 0,
+    }
     for channel, volts, check in zip(
         BOARD.channels, conversion_noise(RIG), found.checks["noise"], strict=True
     ):
@@ -62,7 +91,16 @@ def test_sound_board():
 @pytest.mark.parametrize(
     ("names", "mend", "how"),
     [
-        (["crank"], "swap A and B", {"turn": (0.25, 1.0), "turns": -1.0}),
+        (["crank"], "swap A and B", {"moved": MOVED, "given": (-MOVED[0], MOVED[1])}),
+        (["carriage"], "swap A and B", {"moved": MOVED, "given": (MOVED[0], -MOVED[1])}),
+        (["carriage"], "counts per turn", {"moved": MOVED, "given": (None, 2 * MOVED[1])}),
+        (["crank"], "encoder's wires", {"given": (MOVED[0], None)}),
+        (["carriage at rest"], "leave it alone", {"creep": 20.0}),
+        (
+            ["crank at rest", "carriage at rest"],
+            "leave it alone",
+            {"moved": MOVED, "given": MOVED, "from_s": 0.5},
+        ),
         (["rate against the host's"], "resonator", {"clock_ppm": 8000.0}),
         (
             ["depressor_pressure noise"],
@@ -75,7 +113,10 @@ def test_sound_board():
             {"noise_volts": 0.0},
         ),
     ],
-    ids=["reversed", "clock", "noisy", "stuck"],
+    ids=[
+        *("crank reversed", "carriage reversed", "wrong wheel", "dead encoder"),
+        *("creeping count", "moved too early", "clock", "noisy", "stuck"),
+    ],
 )
 def test_what_is_wrong_is_named(names, mend, how):
     found = found_on(**how)
@@ -92,12 +133,26 @@ def test_an_adc_that_does_not_answer_ends_the_examination():
     found = found_on(faults={"adc_silent": True})
     assert failures(found) == ["ADC answers", "stream"]
     assert "refuses 'start': adc fault: check the ADC's supply" in found.failures[1].mend
-    assert found.notes == ("without a stream nothing else can be checked",)
+    left = [(left.section, left.name) for left in found.not_checked]
+    assert left[1:3] == [("encoders", "crank"), ("encoders", "carriage")] and len(left) == 5
+    assert {left.wanted for left in found.not_checked} == {"mend the stream first"}
 
 
-def test_a_crank_that_was_not_turned_is_said():
-    (note,) = found_on().notes
-    assert "give --turns" in note
+@pytest.mark.parametrize(
+    ("given", "left"),
+    [((None, None), ["crank", "carriage"]), ((0.0, None), ["carriage"]), ((None, 0.0), ["crank"])],
+)
+def test_what_was_not_moved_has_neither_passed_nor_failed(given, left):
+    found = found_on(given=given)
+    assert [what.name for what in found.not_checked] == left
+    assert found.failures == [] and not {check.name for check in found.all} & set(left)
+
+
+def test_illegal_steps_are_found():
+    """A shaft that turns faster than the board can follow."""
+    turns = 4 * 300_000 / COUNTS
+    found = found_on(moved=(turns, 0.0), from_s=0.0, given=(None, None))
+    assert "illegal steps of both" in failures(found)
 
 
 def run(*arguments):
@@ -114,12 +169,20 @@ def test_one_board_is_wanted(tmp_path):
 
 @pytest.mark.real_time
 def test_doctor_on_the_virtual_board():
-    examined = run("--virtual", "--seconds", 3, "--turns", 1, "--json")
+    examined = run("--virtual", "--seconds", 3, "--turns", 1, "--travel", -0.7, "--json")
     assert examined.exit_code == 0, examined.output
     found = json.loads(examined.stdout)
     assert found["passed"] and len(found["checks"]) > 30
-    (crank,) = [check for check in found["checks"] if check["name"] == "crank"]
-    assert math.isclose(crank["value"], 1.0, abs_tol=0.05)
-    table = run("--virtual", "--seconds", 2)
+    shafts = {c["name"]: c["value"] for c in found["checks"] if c["section"] == "encoders"}
+    assert math.isclose(shafts["crank"], 1.0, abs_tol=0.05)
+    assert math.isclose(shafts["carriage"], -0.7, abs_tol=0.025)
+    assert found["not_checked"] == []
+    table = run("--virtual", "--seconds", 2, "--turns", 1)
     assert table.exit_code == 0, table.output
-    assert "checks passed" in table.stdout and "note: the crank" in table.stdout
+    (row,) = [line for line in table.stdout.splitlines() if "│ carriage  " in line]
+    assert "not checked" in row and "pass" not in row
+    assert "carriage: not checked: give --travel METRES and move" in table.stdout
+    assert table.stdout.endswith(" checks passed, 1 not checked\n")
+    left = json.loads(run("--virtual", "--seconds", 2, "--json").stdout)
+    assert left["passed"]
+    assert [what["name"] for what in left["not_checked"]] == ["crank", "carriage"]

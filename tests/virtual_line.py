@@ -30,11 +30,10 @@ class VirtualLine:
     ) -> None:
         self.board = board
         self._ramps = ramps
-        self._carriage_rate = 2 * math.pi * revolutions_per_s[1]
         self.plugged_ns = 0
         self.crank_jitter = 0.0  # rad, to and fro with every bench frame
-        self.crank_rate = 2 * math.pi * revolutions_per_s[0]  # rad/s
-        self._crank = 0.0
+        self.crank_rate, self.carriage_rate = (2 * math.pi * r for r in revolutions_per_s)  # rad/s
+        self._crank = self._carriage = 0.0
         self._fed_ns = 0
         self._event_ns, self._event = 0, None
 
@@ -78,13 +77,14 @@ class VirtualLine:
             self._fed_ns += 5 * MS
             time_s = self._fed_ns / SECOND
             self._crank += self.crank_rate * 5e-3
+            self._carriage += self.carriage_rate * 5e-3
             self.crank_jitter = -self.crank_jitter
             self.board.push_bench(
                 BenchFrame(
                     self._fed_ns,
                     tuple(start + slope * time_s for start, slope in self._ramps),
                     self._crank + self.crank_jitter,
-                    self._carriage_rate * time_s,
+                    self._carriage,
                 )
             )
         self.board.run_until(until_ns)

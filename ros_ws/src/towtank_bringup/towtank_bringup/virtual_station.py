@@ -64,7 +64,7 @@ def _fed(socket: BenchSocket, layout: BenchFrameLayout, sensors: VirtualSensors)
                 time.monotonic_ns() + _LEAD_NS,
                 sensors.terminal_volts(),
                 sensors.crank_shaft(),
-                0.0,
+                sensors.carriage_shaft(),
             )
             try:
                 socket.send(frame)

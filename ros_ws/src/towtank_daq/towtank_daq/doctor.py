@@ -2,7 +2,8 @@
 """A walk through a connected board: who it is, what it finds in itself, and how it streams.
 
 Every finding is a number between limits. The limits come from board.yaml (self-test), from the
-rig (noise of its sensors, counts of its crank) and from what the driver relies on (clock).
+rig (noise of its sensors, counts of its encoders) and from what the driver relies on (clock). What
+cannot be found out is said: it has neither passed nor failed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from towtank_rig import Rig
-from towtank_rig.conversion import crank_encoder
+from towtank_rig.conversion import carriage_encoder, crank_encoder
 
 from towtank_daq.board import AdcBoard, BoardError, Scan
 from towtank_daq.clock import SLOPE_TOLERANCE
@@ -27,17 +28,29 @@ from towtank_daq.sensor_health import (
     white_noise,
 )
 
-_SLICE_S = 0.05
+_SLICE_S = 0.01  # as fine as the virtual bench takes a movement
 _FEWEST_SCANS = 100  # noise is then known to 18 %
 RESIDUAL_S = 0.2e-3  # what stamps shall be good for
 ROUND_TRIP_S = (
     5e-3  # of a sync exchange less the bytes' time: a USB adapter of 1 ms and a busy host
 )
-TURN_BY_HAND = 0.05  # of a turn, to which somebody finds a mark again
+REST_S = 1.0
+"""For so long from the start of the stream both shafts are left alone, s."""
+REST_COUNTS = 4  # a line of the encoder's disc: a shaft on an edge may tremble over it
+TURN_BY_HAND = 0.05  # of a shaft's turn, to which somebody finds a mark again
 _STACK_RESERVE = 256  # bytes; an interrupt that comes in another takes some 40
 
 Passed = Callable[[float], None]
-"""Gets the share of the streaming time that has passed."""
+"""Gets the seconds of streaming that have passed."""
+
+
+@dataclass(frozen=True)
+class NotChecked:
+    """What has neither passed nor failed, and what it takes to check it."""
+
+    section: str
+    name: str
+    wanted: str
 
 
 @dataclass(frozen=True)
@@ -47,12 +60,12 @@ class Examination:
     Attributes:
         facts: What is no matter of limits, by name.
         checks: Findings by section.
-        notes: What could not be checked, and how it could.
+        not_checked: What was not looked at.
     """
 
     facts: dict[str, str]
     checks: dict[str, tuple[Check, ...]]
-    notes: tuple[str, ...]
+    not_checked: tuple[NotChecked, ...]
 
     @property
     def all(self) -> list[Check]:
@@ -73,12 +86,14 @@ def examine(
     *,
     seconds: float,
     turns: float | None,
+    travel: float | None,
     passed: Passed,
 ) -> Examination:
     """Examine a board, which `connect()` need not have found yet; leaves it idle and configured.
 
     scans: where the board's `on_scan` puts them. seconds: of streaming, with the sensors at rest.
-    turns: by how many, in its running sense, the crank is turned meanwhile, or None.
+    turns, travel: by how many, in its running sense, the crank is turned after REST_S, and by how
+    many m along the run the carriage is moved; None if it is not.
 
     Raises BoardError or OSError where there is no board to examine, OSError where its line goes.
     """
@@ -99,14 +114,19 @@ def examine(
         after = board.counters()
     except BoardError as error:
         checks["scans"] = (Check("stream", 0, "", 1, 1, str(error)),)
-        return Examination(facts, checks, ("without a stream nothing else can be checked",))
+        without = tuple(NotChecked(*what, "mend the stream first") for what in _TAKES_A_STREAM)
+        return Examination(facts, checks, without)
     causes = [name for name, bit in description.reset_cause.items() if after.reset_cause & bit]
     facts["last reset"] = ", ".join(causes) or "not told (a bootloader clears it)"
     checks["scans"] = tuple(_scans(board))
     checks["noise"] = tuple(_noise(scans, rig, description))
-    checks["encoders"] = tuple(_encoders(scans, rig, turns))
-    checks["clock"] = tuple(_clock(board))
     new = {name: count - before.troubles[name] for name, count in after.troubles.items()}
+    shafts = _shafts(scans, rig, turns, travel)
+    checks["encoders"] = (
+        *(check for shaft in shafts for check in shaft.checks()),
+        _none("illegal steps of both", new.pop("illegal_steps"), _MENDS["illegal_steps"]),
+    )
+    checks["clock"] = tuple(_clock(board))
     checks["counters"] = (
         *(_none(name.replace("_", " "), count, _MENDS[name]) for name, count in new.items()),
         Check(
@@ -118,17 +138,17 @@ def examine(
             "the firmware needs more memory than it has: report it",
         ),
     )
-    notes = [] if turns else ["the crank's count was not checked: turn it, and give --turns"]
-    return Examination(facts, checks, tuple(notes))
+    left = (NotChecked("encoders", s.name, s.wanted) for s in shafts if s.given is None)
+    return Examination(facts, checks, tuple(left))
 
 
 def _stream(board: AdcBoard, seconds: float, passed: Passed) -> None:
     board.start()
     slices = max(1, round(seconds / _SLICE_S))
     for number in range(slices):
-        passed(number / slices)
+        passed(seconds * number / slices)
         board.poll(seconds / slices)
-    passed(1.0)
+    passed(seconds)
     board.poll(_SLICE_S)
     board.stop()
 
@@ -189,18 +209,70 @@ def greatest_noise(rig: Rig, description: BoardDescription) -> dict[str, float]:
     }
 
 
-def _encoders(scans: list[Scan], rig: Rig, turns: float | None) -> Iterator[Check]:
-    if turns is None or not scans:
-        return
-    encoder = crank_encoder(rig)
-    radians = (scans[-1].crank - scans[0].crank) * encoder.per_count
-    yield Check(
-        "crank",
-        radians / (2.0 * math.pi),
-        "turns",
-        turns - TURN_BY_HAND,
-        turns + TURN_BY_HAND,
-        "swap A and B if its sign is wrong; else check the encoder's wires and counts per turn",
+@dataclass(frozen=True)
+class _Shaft:
+    """An encoder's shaft in the stream, and how far it was said to be moved."""
+
+    name: str
+    counts: np.ndarray
+    at_rest: np.ndarray
+    """Whether a count is of the time in which the shaft was left alone."""
+    per_count: float
+    unit: str
+    tolerance: float
+    given: float | None
+    wanted: str
+
+    def checks(self) -> Iterator[Check]:
+        """The count at rest; how far it went, where that can be judged."""
+        yield Check(
+            f"{self.name} at rest",
+            float(np.ptp(self.counts[self.at_rest])) if self.at_rest.any() else math.nan,
+            "counts",
+            0,
+            REST_COUNTS,
+            "leave it alone in the first second; check the encoder's shield, ground and pull-ups",
+        )
+        if self.given is not None:
+            yield Check(
+                self.name,
+                float(self.counts[-1] - self.counts[0]) * self.per_count
+                if len(self.counts)
+                else math.nan,
+                self.unit,
+                self.given - self.tolerance,
+                self.given + self.tolerance,
+                "swap A and B if its sign is wrong; else check the encoder's wires, and in the rig "
+                "its counts per turn and what it turns by",
+            )
+
+
+def _shafts(
+    scans: list[Scan], rig: Rig, turns: float | None, travel: float | None
+) -> tuple[_Shaft, _Shaft]:
+    stamps_ns = np.array([scan.stamp_ns for scan in scans])
+    at_rest = stamps_ns < stamps_ns[:1] + round(1e9 * REST_S)
+    return (
+        _Shaft(
+            "crank",
+            np.array([scan.crank for scan in scans]),
+            at_rest,
+            crank_encoder(rig).per_count / (2.0 * math.pi),
+            "turns",
+            TURN_BY_HAND,
+            turns,
+            "give --turns N and turn the crank by it",
+        ),
+        _Shaft(
+            "carriage",
+            np.array([scan.carriage for scan in scans]),
+            at_rest,
+            carriage_encoder(rig).per_count,
+            "m",
+            TURN_BY_HAND * rig.sensors.carriage_encoder.wheel_circumference.value,
+            travel,
+            "give --travel METRES and move the carriage by it",
+        ),
     )
 
 
@@ -232,6 +304,13 @@ def _clock(board: AdcBoard) -> Iterator[Check]:
     )
 
 
+_TAKES_A_STREAM = (
+    ("noise", "channels"),
+    ("encoders", "crank"),
+    ("encoders", "carriage"),
+    ("clock", "rate and scatter"),
+    ("counters", "faults in the run"),
+)
 _MENDS = {
     "missed_ticks": "report it: the firmware did not keep up",
     "scan_overruns": "lower the rate or the filter word",

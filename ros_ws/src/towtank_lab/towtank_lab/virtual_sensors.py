@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the virtual board's terminals see at a step of a calibration: a stand-in for the water, the
-levelled table and the crank."""
+levelled table, the crank and the carriage."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from towtank_rig import Rig
-from towtank_rig.conversion import crank_encoder, pressure_from_depth
+from towtank_rig.conversion import carriage_encoder, crank_encoder, pressure_from_depth
 from towtank_rig.sensor_errors import SensorErrors
 
 from towtank_lab.accelerometer_calibration import specific_force
@@ -28,14 +28,16 @@ class VirtualSensors:
         self._depth = 0.0
         self._attitude = (0.0, 0.0)
         self._crank = 0.0
+        self._carriage = 0.0
 
     def move(self, step: Mapping[str, float]) -> None:
-        """Go where a step says by `depth_m`, `roll_deg` and `pitch_deg`, or `angle_deg`."""
+        """Go where a step says: `depth_m`, `roll_deg` and `pitch_deg`, `angle_deg`, `travel_m`."""
         self._depth = step.get("depth_m", self._depth)
         if "roll_deg" in step:
             self._attitude = (math.radians(step["roll_deg"]), math.radians(step["pitch_deg"]))
         if "angle_deg" in step:
             self._crank = math.radians(step["angle_deg"])
+        self._carriage = step.get("travel_m", self._carriage)
 
     def terminal_volts(self) -> list[float]:
         """Return the volts at the terminals in channel order."""
@@ -54,3 +56,7 @@ class VirtualSensors:
     def crank_shaft(self) -> float:
         """Return the angle of the crank encoder's shaft in its counting sense, rad."""
         return float(crank_encoder(self._rig).shaft_angle(self._crank))
+
+    def carriage_shaft(self) -> float:
+        """Return the angle of the carriage encoder's shaft in its counting sense, rad."""
+        return float(carriage_encoder(self._rig).shaft_angle(self._carriage))

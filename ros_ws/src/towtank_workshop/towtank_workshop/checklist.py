@@ -286,7 +286,7 @@ def _encoders(rig: Rig) -> Step:
     low, high = height.range or (height.value, height.value)
     items = [
         Item("crank, one turn in its running sense", (_about(turn, slack, "counts"),), True),
-        Item("carriage, 1 m forward", (_about(metre, wheel_slack, "counts"),)),
+        Item("carriage, 1 m forward", (_about(metre, wheel_slack, "counts"),), True),
     ]
     for degrees in (0, 90, 180, 270):
         heave = float(motion.heave(np.asarray(zero + math.radians(degrees))))

@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import click
@@ -14,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 from towtank_daq.board import AdcBoard, BoardError, Scan
 from towtank_daq.description import installed_description, load_description
-from towtank_daq.doctor import Examination, Passed, examine
+from towtank_daq.doctor import REST_S, Examination, examine
 from towtank_daq.protocol import Protocol
 from towtank_daq.self_test import Check
 from towtank_daq.serial_port import SerialPort
@@ -25,6 +26,10 @@ from towtank_bringup.processes import ProcessError
 from towtank_bringup.progress import ProgressLine
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.virtual_station import virtual_station
+
+_END_S = 0.5  # of the stream, in which the virtual shafts stand where they were to go
+Move = Callable[[float, float], None]
+"""Puts the shafts by so many turns of the crank and so many m of the carriage from their start."""
 
 
 @click.command(name="doctor")
@@ -39,6 +44,11 @@ from towtank_bringup.virtual_station import virtual_station
     type=click.FloatRange(-100.0, 100.0),
     help="Turn the crank by so many in its running sense while the board streams.",
 )
+@click.option(
+    "--travel",
+    type=click.FloatRange(-100.0, 100.0),
+    help="Move the carriage by so many metres along the run while the board streams.",
+)
 @click.option("--seed", type=int, default=1, help="Virtual board: seed of its sensors' errors (1).")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -47,12 +57,13 @@ def command(
     rig_name: str,
     seconds: float,
     turns: float | None,
+    travel: float | None,
     seed: int,
     as_json: bool,
 ) -> None:
-    """Identify, self-test, noise, encoder, clock and counters of a board, against their limits.
+    """Identify, self-test, noise, encoders, clock and counters of a board, against their limits.
 
-    The sensors must be at rest, in air or in water.
+    The sensors must be at rest, in air or in water; crank and carriage for the first second.
     """
     if (port is None) != virtual:
         raise click.UsageError("give one of --port and --virtual")
@@ -60,8 +71,8 @@ def command(
     try:
         rig_file = rig_path(rig_name)
         rig = load_rig(rig_file)
-        with _place(port, rig, rig_file, seed, turns or 0.0) as (path, move):
-            found = _examine(path, rig, seconds, turns, move, say)
+        with _place(port, rig, rig_file, seed) as (path, move):
+            found = _examine(path, rig, seconds, turns, travel, move, say)
     except (RigError, PlanError, ProcessError, BoardError, OSError) as error:
         raise click.ClickException(str(error)) from error
     finally:
@@ -78,15 +89,16 @@ def command(
 
 
 @contextlib.contextmanager
-def _place(
-    port: Path | None, rig: Rig, rig_file: Path, seed: int, turns: float
-) -> Iterator[tuple[Path, Passed]]:
-    """The port, and what turns the crank there as the streaming time passes."""
+def _place(port: Path | None, rig: Rig, rig_file: Path, seed: int) -> Iterator[tuple[Path, Move]]:
+    """The port, and what puts the shafts there."""
     if port is not None:
-        yield port, lambda share: None  # somebody turns it by hand
+        yield port, lambda turns, travel: None  # somebody moves them by hand
         return
     with virtual_station(rig, rig_file, seed) as (virtual_port, sensors):
-        yield virtual_port, lambda share: sensors.move({"angle_deg": 360.0 * turns * share})
+        yield (
+            virtual_port,
+            lambda turns, travel: sensors.move({"angle_deg": 360.0 * turns, "travel_m": travel}),
+        )
 
 
 def _examine(
@@ -94,24 +106,38 @@ def _examine(
     rig: Rig,
     seconds: float,
     turns: float | None,
-    move: Passed,
+    travel: float | None,
+    move: Move,
     say: ProgressLine,
 ) -> Examination:
     description = load_description(installed_description())
     protocol = Protocol(description)
     line = SerialPort(str(path), description.wire.baud)
     scans: list[Scan] = []
-    request = f"turn the crank by {turns:g} turns; " if turns else ""
+    requests = [f"turn the crank by {turns:g} turns"] if turns else []
+    requests += [f"move the carriage by {travel:g} m"] if travel else []
 
-    def passed(share: float) -> None:
-        say(f"{request}streaming {share * seconds:.1f} of {seconds:g} s")
-        move(share)
+    def passed(passed_s: float) -> None:
+        told = requests if passed_s >= REST_S else ["leave crank and carriage alone"]
+        say(f"{', '.join(told) or 'streaming'}: {passed_s:.1f} of {seconds:g} s")
+        share = (passed_s - REST_S) / (seconds - REST_S - _END_S)
+        share = min(max(share, 0.0), 1.0)
+        move(share * (turns or 0.0), share * (travel or 0.0))
 
     try:
         say("looking for the board, and letting it test itself")
         # Without patience: a line that goes is a finding
         board = AdcBoard(line, protocol, scans.append, say, patience_s=0.0)
-        return examine(board, scans, rig, description, seconds=seconds, turns=turns, passed=passed)
+        return examine(
+            board,
+            scans,
+            rig,
+            description,
+            seconds=seconds,
+            turns=turns,
+            travel=travel,
+            passed=passed,
+        )
     finally:
         line.close()
 
@@ -134,7 +160,7 @@ def _as_json(found: Examination) -> dict[str, object]:
             for section, checks in found.checks.items()
             for check in checks
         ],
-        "notes": list(found.notes),
+        "not_checked": [dataclasses.asdict(left) for left in found.not_checked],
     }
 
 
@@ -146,22 +172,29 @@ def _print(found: Examination) -> None:
     console = Console(highlight=False)
     console.print(", ".join(f"{name} {fact}" for name, fact in found.facts.items()))
     table = Table("", "", "found", "limits", "")
-    for section, checks in found.checks.items():
-        for number, check in enumerate(checks):
+    for section in dict.fromkeys((*found.checks, *(left.section for left in found.not_checked))):
+        names = iter((section,))  # once
+        for check in found.checks.get(section, ()):
             table.add_row(
-                section if number == 0 else "",
+                next(names, ""),
                 check.name,
                 f"{check.value:.4g} {check.unit}".rstrip(),
                 _limits(check),
                 "pass" if check.passed else "FAIL",
             )
+        for left in found.not_checked:
+            if left.section == section:
+                table.add_row(next(names, ""), left.name, "", "", "not checked")
         table.add_section()
     console.print(table)
     for check in found.failures:
         click.echo(f"{check.name}: {check.mend}")
-    for note in found.notes:
-        click.echo(f"note: {note}")
-    click.echo(f"{len(found.all) - len(found.failures)} of {len(found.all)} checks passed")
+    for left in found.not_checked:
+        click.echo(f"{left.name}: not checked: {left.wanted}")
+    click.echo(
+        f"{len(found.all) - len(found.failures)} of {len(found.all)} checks passed, "
+        f"{len(found.not_checked)} not checked"
+    )
 
 
 def _limits(check: Check) -> str:
