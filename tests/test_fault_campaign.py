@@ -105,9 +105,23 @@ class Run:
                     assert scan.codes[channel] == 0, "an invalid channel has a value"
 
     def assert_carriage_counts_are_of_their_instants(self) -> None:
-        first = self.scans[0]
+        assert len({scan.count_epoch for scan in self.scans}) == 1
+        self._assert_carriage_counts(self.scans)
+
+    def assert_counts_begin_a_new_epoch(self) -> None:
+        """At the gap; within each of the two epochs every count is true."""
+        ((before, after),) = self.gaps
+        assert before.count_epoch != after.count_epoch
+        for epoch in (before.count_epoch, after.count_epoch):
+            self._assert_carriage_counts([s for s in self.scans if s.count_epoch == epoch])
+        assert {s.count_epoch for s in self.scans} == {before.count_epoch, after.count_epoch}
+        missed = COUNTS * REVOLUTIONS_PER_S[1] * (after.stamp_ns - before.stamp_ns) / SECOND
+        assert abs(after.carriage - before.carriage - missed) > COUNTS
+
+    def _assert_carriage_counts(self, scans: list[Scan]) -> None:
+        first = scans[0]
         rate = COUNTS * REVOLUTIONS_PER_S[1]
-        for scan in self.scans:
+        for scan in scans:
             turned = rate * (scan.stamp_ns - first.stamp_ns) / SECOND
             assert scan.carriage - first.carriage == pytest.approx(turned, abs=2 + rate * AGREE_S)
 
@@ -200,17 +214,15 @@ def test_port_vanishes_until_the_board_has_gone_idle(run):
 
 
 def test_power_goes_with_the_port(run):
-    """Neither boot frame nor boot count tell of it: the board's time does. Counts begin anew and
-    go on from the last known ones."""
+    """Neither boot frame nor boot count tell of it: the board's time does."""
     run.line.unplug(2.0)
     run.driver.poll(1.0)
     run.board.reset(ResetCause.POWER_ON)
     run.driver.poll(6.0)
     run.end()
-    ((before, after),) = run.gaps
+    assert len(run.gaps) == 1
     assert run.driver.statistics.restarts == 1
-    missed = COUNTS * REVOLUTIONS_PER_S[1] * (after.stamp_ns - before.stamp_ns) / SECOND
-    assert 0 <= after.carriage - before.carriage < missed
+    run.assert_counts_begin_a_new_epoch()
 
 
 def test_port_that_does_not_come_back(run):
@@ -241,6 +253,7 @@ def test_reset_in_the_run(run, cause):
     run.end()
     assert len(run.gaps) == 1
     assert run.driver.statistics.restarts == 1
+    run.assert_counts_begin_a_new_epoch()
     name = {ResetCause.WATCHDOG: "watchdog", ResetCause.BROWN_OUT: "brown out"}[cause]
     assert run.warnings[0].replace("_", " ").startswith(f"the board was reset ({name}")
 

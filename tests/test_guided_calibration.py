@@ -36,6 +36,7 @@ from towtank_rig.conversion import (
     pressure_from_depth,
 )
 from towtank_sim.bench_frame import BenchFrameLayout
+from vboard import ResetCause
 
 BARE = load_rig(rig_path("nit_calicut_2012")).replace({"calibrations": {}})
 DESCRIPTION = load_description(installed_description())
@@ -227,6 +228,14 @@ def test_crank_at_the_board(laboratory):
     assert [row["counts"] - rows[0]["counts"] for row in rows] == pytest.approx(
         [0, 1024, 2048, 3072, 4096, 5120], abs=1
     )
+
+
+def test_crank_of_a_board_that_was_reset_between_marks(laboratory, board):
+    rows = crank_rows((0, 90), False, 1.0, laboratory.desk, laboratory.station)
+    next(rows)
+    board.reset(ResetCause.BROWN_OUT)
+    with pytest.raises(ProcedureError, match="the board was reset since the mark before"):
+        next(rows)
 
 
 def test_unsteady_sensor_is_read_again(laboratory):

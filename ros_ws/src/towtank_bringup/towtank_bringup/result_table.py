@@ -26,7 +26,7 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
     measured, twin = ratio["measured"], ratio["twin"]
     table.add_row(
         "heave ratio",
-        _with_u95(measured["value"], measured["u95"], digits=4),
+        _with_u95(measured["value"], measured.get("u95"), digits=4),
         _number(twin["value"]),
     )
     table.add_row(
@@ -35,6 +35,8 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
         _number(twin["phase_deg"], digits=1),
     )
     console.print(table)
+    for source, reason in result["reasons"].items():
+        console.print(f"no heave ratio for {source}: {reason}", soft_wrap=True)
     scans = result["scans"]
     console.print(
         f"scans: {scans['scheduled']} scheduled, {scans['received']} received, "
@@ -42,6 +44,12 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
     )
     for node, count in result["restarts"].items():
         console.print(f"warning: {node} had ended and was started again, {count} time(s)")
+    for lost_s in result.get("encoder", {}).get("reference_lost_s", ()):
+        console.print(
+            f"warning: the board was reset: from {lost_s - result['window'][0]:.2f} s after the "
+            "log's start on, the positions of crank and carriage are not known until zeroed again",
+            soft_wrap=True,
+        )
     for line in _health_warnings(result["sensor_health"]):
         console.print(line)
     if directory:

@@ -93,8 +93,14 @@ def cable_state(stamp_ns: int, t: float) -> CableState:
     )
 
 
-def trial_samples(noise_m: float = 2e-4) -> list[Sample]:
-    """Everything that a trial publishes, in order of its instants; the crank turns steadily."""
+def trial_samples(
+    noise_m: float = 2e-4, reset_s: float = math.inf, zeroed_s: float = math.inf
+) -> list[Sample]:
+    """Everything that a trial publishes, in order of its instants; the crank turns steadily.
+
+    reset_s: when the board is reset, which begins the counts anew; positions are not known then
+    until zeroed_s, and nought there.
+    """
     rng = np.random.default_rng(4)
     samples = []
 
@@ -107,6 +113,8 @@ def trial_samples(noise_m: float = 2e-4) -> list[Sample]:
         stamp = START_NS + i * 10_000_000
         t = i / 100
         angle, carriage = 2 * math.pi * CRANK_HZ * t, t
+        counted_s = t - reset_s if t >= reset_s else t
+        zero_s = zeroed_s if t >= zeroed_s else math.nan if t >= reset_s else 0.0
         add(
             "/measured/adc_scan",
             stamp,
@@ -114,8 +122,9 @@ def trial_samples(noise_m: float = 2e-4) -> list[Sample]:
                 header=head(stamp, "board"),
                 sequence=i,
                 valid_mask=63 if i != BAD_SCAN else 62,
-                crank_count=math.floor(4096 * angle / (2 * math.pi)),
-                carriage_count=math.floor(4096 * carriage / 0.5),
+                crank_count=math.floor(4096 * CRANK_HZ * counted_s),
+                carriage_count=math.floor(4096 * counted_s / 0.5),
+                count_epoch=1 + (t >= reset_s),
             ),
         )
         add(
@@ -124,7 +133,7 @@ def trial_samples(noise_m: float = 2e-4) -> list[Sample]:
             JointState(
                 header=head(stamp, ""),
                 name=["crank", "carriage"],
-                position=[angle, carriage],
+                position=[2 * math.pi * CRANK_HZ * (t - zero_s), t - zero_s],
                 velocity=[2 * math.pi * CRANK_HZ, 1.0],
             ),
         )

@@ -57,6 +57,18 @@ def test_live_and_offline_give_the_same_numbers(trial_bag):
     assert compared >= 3
 
 
+def test_a_window_in_which_the_crank_was_lost_gives_its_reason():
+    live = LiveHeave(load_rig(RIG_FILE), window_s=5.0)
+    for sample in trial_samples(reset_s=8.0, zeroed_s=8.01):
+        if sample.stamp_ns < START_NS + 10_000_000_000:
+            feed(live, sample)
+    evaluations = live.evaluate()
+    assert [evaluation.source for evaluation in evaluations] == ["measured", "twin"]
+    for evaluation in evaluations:
+        assert evaluation.result is None
+        assert evaluation.reason.startswith("the crank's angle is not known at 3.0")
+
+
 def test_nothing_is_evaluated_before_the_window_is_full():
     live = LiveHeave(load_rig(RIG_FILE), window_s=5.0)
     assert live.evaluate() == []

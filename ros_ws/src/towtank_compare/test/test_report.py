@@ -108,6 +108,17 @@ def test_a_trial_without_twin_plant_and_pitch_is_reported_too(page, tmp_path):
     assert page.locator("#chart-shape").count() == 0
 
 
+def test_a_lost_reference_of_the_encoders_is_told(page, tmp_path):
+    bag = write_trial(tmp_path / "bag", trial_samples(reset_s=9.0))
+    path = tmp_path / "report.html"
+    write_report(bag, trial_result(bag), path)
+    assert open_report(page, path) == []
+    text = page.inner_text("body")
+    assert "from 7.00 s after the log's start on, the positions of crank and carriage are" in text
+    assert "No heave ratio for measured: the crank's angle is not known at 7.00 s" in text
+    assert "unknown (unknown)" in page.locator("#acquisition").inner_text()
+
+
 def test_an_existing_report_is_not_overwritten(trial_bag, tmp_path):
     path = tmp_path / "report.html"
     path.write_text("mine")

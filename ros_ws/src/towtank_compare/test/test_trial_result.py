@@ -3,8 +3,11 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
+import synthetic_trial
+from rclpy.serialization import serialize_message
 from synthetic_trial import (
     CRANK_HZ,
     LATENCY_NS,
@@ -19,12 +22,14 @@ from synthetic_trial import (
     trial_samples,
     write_trial,
 )
+from towtank_bag import writer
+from towtank_bag.definitions import message_definition
 from towtank_bag.layout import BagError
 from towtank_bag.reader import open_bag
 from towtank_compare.compare import CompareError, compare_bag
 from towtank_compare.samples import bag_samples, zero_depth
 from towtank_compare.trial_result import trial_result
-from towtank_interfaces.msg import HeaveRatio, TrialEvent
+from towtank_interfaces.msg import AdcScan, HeaveRatio, TrialEvent
 from towtank_rig import load_rig
 
 
@@ -46,7 +51,9 @@ def test_the_keys_are_those_that_readers_rely_on(result):
         "crank_counted",
         "carriage_expected",
         "carriage_counted",
+        "reference_lost_s",
     }
+    assert result["encoder"]["reference_lost_s"] == []
     assert {"median", "p999"} <= set(result["latency_ms"])
     assert result["overruns"] == {"/twin/simulator": 1}
     assert result["cpu_cores"] == 0.9
@@ -233,6 +240,53 @@ def test_a_real_tank_has_no_plant(tmp_path):
     assert "plant" not in result["heave_ratio"]
     assert result["encoder"]["crank_expected"] is None
     assert result["encoder"]["crank_counted"] == math.floor(4096 * CRANK_HZ * 19.99)
+
+
+RESET = {"reset_s": 9.0, "zeroed_s": 10.0}
+
+
+def test_nothing_is_made_of_a_crank_whose_angle_was_lost(tmp_path):
+    """The board is reset 9 s after the start, and crank and carriage are zeroed 1 s later."""
+    bag = write_trial(tmp_path / "bag", trial_samples(**RESET))
+    result = trial_result(bag)
+    start = START_NS / 1e9
+    encoder = result["encoder"]
+    assert encoder.pop("reference_lost_s") == [pytest.approx(start + 9.0, abs=1e-6)]
+    assert set(encoder.values()) == {None}
+    for source in ("measured", "twin", "plant"):
+        assert result["heave_ratio"][source]["value"] is None
+        assert result["reasons"][source] == (
+            "the crank's angle is not known at 7.00 s of the window, for the board was reset: "
+            "choose a window before it, or after the crank was zeroed again"
+        )
+    json.dumps(result, allow_nan=False)
+    for window in ((2, 8.99), (10, 18)):
+        compared = compare_bag(bag, [start + t for t in window])
+        assert compared["measured"] == pytest.approx(0.218, rel=0.01)
+    for window in ((4, 9), (9.5, 18)):
+        with pytest.raises(CompareError, match="angle is not known"):
+            compare_bag(bag, [start + t for t in window])
+
+
+def test_a_bag_from_before_the_epochs_is_read(tmp_path, monkeypatch):
+    definition = message_definition("towtank_interfaces/msg/AdcScan")
+    older = replace(definition, text=definition.text.replace("uint32 count_epoch\n", ""))
+    assert older != definition
+    monkeypatch.setattr(
+        writer,
+        "message_definition",
+        lambda name: older if name == older.name else message_definition(name),
+    )
+    monkeypatch.setattr(
+        synthetic_trial,
+        "serialize_message",
+        lambda m: serialize_message(m)[: -4 if isinstance(m, AdcScan) else None],
+    )
+    bag = write_trial(tmp_path / "bag", trial_samples())
+    assert not open_bag(bag).has_field("/measured/adc_scan", "count_epoch")
+    encoder = trial_result(bag)["encoder"]
+    assert encoder["reference_lost_s"] == []
+    assert encoder["crank_counted"] == math.floor(4096 * CRANK_HZ * 19.99)
 
 
 def test_a_missing_twin_is_null_with_the_reason(tmp_path):

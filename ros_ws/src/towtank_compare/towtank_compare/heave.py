@@ -180,6 +180,13 @@ def _crank_turning(crank: Series, t0_ms: int, t1_ms: int) -> _Turning:
     used = crank.between(t0_ns, t1_ns)
     if len(used) < 2:
         raise AnalysisError("no crank angles in the window")
+    unknown = np.isnan(used.values)
+    if unknown.any():
+        at_s = used.seconds_since(t0_ns)[np.argmax(unknown)]
+        raise AnalysisError(
+            f"the crank's angle is not known at {at_s:.2f} s of the window, for the board was "
+            "reset: choose a window before it, or after the crank was zeroed again"
+        )
     turned = used.values[-1] - used.values[0]
     if abs(turned) < MIN_TURN_RAD:
         raise AnalysisError("the crank does not turn")

@@ -75,9 +75,22 @@ def sensor_health(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, dict[str, int] 
     return found
 
 
+def reference_lost_s(bag: Bag) -> list[float]:
+    """Instants, s since the epoch, of the first scans after resets of the board: from each on the
+    positions of crank and carriage are not known until they are zeroed. Empty where the bag is too
+    old to tell: its counts went on over a reset as if nothing had been missed."""
+    if not bag.has_field(SCANS, "count_epoch"):
+        return []
+    scans = bag.series(SCANS, ["count_epoch"])
+    order = np.argsort(scans["stamp_ns"], kind="stable")
+    stamps, epochs = scans["stamp_ns"][order], scans["count_epoch"][order]
+    return (stamps[1:][epochs[1:] != epochs[:-1]] * 1e-9).tolist()
+
+
 def encoder_count(bag: Bag, rig: Rig) -> dict[str, int | None]:
     """Counts of both encoders between the first and the last scan of the bag, as the board counted
-    them and as the plant's true angles give them (null without a plant).
+    them and as the plant's true angles give them (null without a plant). Null where the board was
+    reset in between.
 
     An encoder has counted the last edge that it passed, so the truth is the difference of the
     rounded-down counts. A whole trial begins and ends at rest, where the comparison is exact; in
@@ -86,12 +99,13 @@ def encoder_count(bag: Bag, rig: Rig) -> dict[str, int | None]:
     scans = bag.series(SCANS, ["crank_count", "carriage_count"])
     order = np.argsort(scans["stamp_ns"], kind="stable")
     entry: dict[str, int | None] = {}
+    whole = len(order) and not reference_lost_s(bag)
     for joint, encoder in (
         (topics.CRANK_JOINT, crank_encoder(rig)),
         (topics.CARRIAGE_JOINT, carriage_encoder(rig)),
     ):
         expected, counted = None, None
-        if len(order):
+        if whole:
             ends = order[[0, -1]]
             start, end = scans[f"{joint}_count"][ends].tolist()
             counted = end - start

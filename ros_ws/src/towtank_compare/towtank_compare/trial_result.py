@@ -9,7 +9,7 @@ from typing import Any
 from towtank_rig import Rig
 
 from towtank_compare.compare import open_comparison
-from towtank_compare.scans import encoder_count
+from towtank_compare.scans import encoder_count, reference_lost_s
 from towtank_compare.trial_log import cpu_cores, latency_ms, live_result, overruns
 
 
@@ -27,7 +27,8 @@ def trial_result(path: str | Path) -> dict[str, Any]:
         "rig": entries.pop("rig"),
         "duration_s": (t1_ms - t0_ms) / 1000,
         **entries,
-        "encoder": encoder_count(opened.bag, opened.rig),
+        "encoder": encoder_count(opened.bag, opened.rig)
+        | {"reference_lost_s": reference_lost_s(opened.bag)},
         "latency_ms": latency_ms(opened.bag, t0_ms, t1_ms),
         "overruns": overruns(opened.bag),
         "cpu_cores": cpu_cores(opened.bag),

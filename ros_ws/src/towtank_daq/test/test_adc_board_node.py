@@ -154,6 +154,9 @@ def test_start_again_after_a_stop(graph, virtual_board, tmp_path):
             assert b.board_ticks - a.board_ticks == 10_000 * (b.sequence - a.sequence)
     assert made.node.trigger_cleanup() == SUCCESS
     assert made.node.trigger_configure() == SUCCESS
+    assert made.node.trigger_activate() == SUCCESS
+    made.spin_until(lambda: len(made.scans) >= 300)
+    assert {scan.count_epoch for scan in made.scans} == {1}
 
 
 @pytest.mark.real_time
@@ -187,6 +190,19 @@ def test_port_that_vanishes_in_the_run(graph, virtual_board, tmp_path):
     made.spin_until(lambda: made.statuses and made.statuses[-1].level == DiagnosticStatus.ERROR)
     assert re.search(r"port .*/board is gone: plug the board in", made.statuses[-1].message)
     assert made.node.trigger_configure() == FAILURE
+    # Another board's process: its power was off, and counts begin anew
+    virtual_board.wait()
+    before = made.scans[-1].count_epoch
+    made.scans.clear()
+    again = start_board(tmp_path)
+    try:
+        assert made.node.trigger_configure() == SUCCESS
+        assert made.node.trigger_activate() == SUCCESS
+        made.spin_until(lambda: made.scans)
+        assert made.scans[-1].count_epoch == before + 1
+    finally:
+        again.terminate()
+        again.communicate()
 
 
 @pytest.mark.real_time
@@ -211,6 +227,7 @@ def test_acquisition_goes_on_when_the_port_comes_back(graph, virtual_board, tmp_
         after = next(scan for scan in made.scans if scan.sequence > before.sequence)
         passed_s = _seconds(after) - _seconds(before)
         assert after.sequence - before.sequence == pytest.approx(100 * passed_s, abs=1)
+        assert after.count_epoch == before.count_epoch + 1
         assert made.node.trigger_deactivate() == SUCCESS
         details = made.node._details()
         assert (details["restarts"], details["reconnections"]) == (1, 1)

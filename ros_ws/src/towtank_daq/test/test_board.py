@@ -238,7 +238,7 @@ def test_silence_while_the_bootloader_listens(bench):
     bench.board.after(1800 * MS, boot)
     start = bench.board.now_ns
     bench.driver.connect()
-    assert bench.board.requests == [IDENTIFY, IDENTIFY, STOP]
+    assert bench.board.requests == [IDENTIFY, IDENTIFY, STOP, COUNTERS]
     # the boot frame, not a timeout, is what makes the driver go on
     assert bench.board.now_ns - start < 1.9 * SECOND
 
@@ -503,9 +503,46 @@ def test_reset_in_mid_run(bench, boot_frame):
     assert gap == pytest.approx((after.stamp_ns - before.stamp_ns) / (10 * MS), abs=0.6)
     assert bench.driver.statistics.scans_lost == gap - 1
     assert bench.driver.statistics.restarts == 1
-    assert after.crank == 1000
+    assert (before.crank, after.crank) == (1000, 0)
+    assert [scan.count_epoch for scan in (before, after, bench.scans[-1])] == [1, 2, 2]
     assert len(bench.warnings) == 1
     assert "the board was reset" in bench.warnings[0]
+
+
+@pytest.mark.parametrize("reset", [False, True])
+def test_a_host_that_starts_again_knows_the_counts_by_their_epoch(bench, reset):
+    """The board counts on while no host is there, also backwards."""
+    bench.board.boot_count = 7
+    bench.board.crank = -5
+    bench.stream(1.0)
+    bench.driver.stop()
+    if reset:
+        bench.board.reset(boot_frame=False)
+    bench.board.crank -= 20
+    again = Bench(bench.protocol)
+    again.board = bench.board
+    again.driver = AdcBoard(
+        bench.board, bench.protocol, again.scans.append, print, bench.board.monotonic_ns
+    )
+    again.stream(1.0)
+    told = [(run.scans[0].count_epoch, run.scans[0].crank) for run in (bench, again)]
+    assert told == [(7, -5), (8, -20) if reset else (7, -25)]
+
+
+@pytest.mark.parametrize("power_cut", [False, True])
+def test_a_power_cut_while_the_port_is_closed(bench, power_cut):
+    """The boot count is 1 again; the board's time tells the driver that knew it."""
+    bench.board.crank = 1000
+    bench.stream(3.0)
+    bench.driver.stop()
+    bench.board.read(2.0)
+    if power_cut:
+        bench.board.reset(boot_frame=False)
+        bench.board.boot_count = 1
+    bench.driver.use(bench.board)
+    bench.scans.clear()
+    bench.stream(1.0)
+    assert {(s.count_epoch, s.crank) for s in bench.scans} == {(2, 0) if power_cut else (1, 1000)}
 
 
 def test_board_that_went_idle_is_started_again(bench):
@@ -515,6 +552,7 @@ def test_board_that_went_idle_is_started_again(bench):
     bench.driver.poll(3.0)
     assert bench.driver.statistics.restarts == 1
     assert bench.scans[-1].crank == 77
+    assert {scan.count_epoch for scan in bench.scans} == {1}  # it counts on while idle
     assert "has gone idle" in bench.warnings[0]
 
 

@@ -72,6 +72,41 @@ def test_zero_makes_a_new_origin_without_a_jump_in_velocity():
         assert velocity == pytest.approx(10_000 * STEP)
 
 
+def test_position_is_lost_with_the_epoch_until_it_is_zeroed():
+    """Counts begin anew at a steady speed; the velocity is good again with half a window."""
+    encoder = Encoder(STEP, start=0.5)
+    for k in range(30):
+        position, _ = encoder.update(PERIOD_NS * k, 100 * k, epoch=4)
+    assert (position, encoder.lost) == (pytest.approx(0.5 + 2900 * STEP), False)
+    after = [encoder.update(PERIOD_NS * (32 + k), 100 * k, epoch=5) for k in range(12)]
+    assert all(math.isnan(position) for position, _ in after) and encoder.lost
+    assert all(math.isnan(velocity) for _, velocity in after[:10])
+    assert [velocity for _, velocity in after[10:]] == pytest.approx([10_000 * STEP] * 2)
+    encoder.zero()
+    position, velocity = encoder.update(PERIOD_NS * 44, 1200, epoch=5)
+    assert (position, velocity) == (0.5, pytest.approx(10_000 * STEP))
+    assert not encoder.lost
+
+
+def test_zeroing_while_the_board_is_down_does_not_hide_the_break():
+    encoder = Encoder(STEP)
+    encoder.update(0, 0, epoch=1)
+    encoder.zero()
+    assert math.isnan(encoder.update(PERIOD_NS * 50, 7, epoch=2)[0])
+    assert encoder.update(PERIOD_NS * 51, 9, epoch=2)[0] == 0.0
+
+
+def test_drive_in_a_new_epoch():
+    """No speed is made of counts of two epochs, though their scans lie 10 ms apart."""
+    rig = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
+    watch = DriveWatch(rig)
+    for k in range(50):
+        watch.update(PERIOD_NS * k, 20 * k, 80 * k, 1)
+    drives = [watch.update(PERIOD_NS * k, 20 * (k - 50), 80 * (k - 50), 2) for k in range(50, 100)]
+    assert all(math.isnan(drive.carriage_speed) for drive in drives[:10])
+    assert all(drive.carriage_speed == pytest.approx(0.9766, abs=1e-3) for drive in drives[10:])
+
+
 def test_direction_is_the_sign_of_the_step():
     encoder = Encoder(-STEP)
     encoder.update(0, 0)

@@ -140,6 +140,16 @@ def test_a_pressure_sensor_that_stands_while_the_crank_turns_is_stuck(descriptio
     assert told[-1] == 0
 
 
+def test_counts_that_begin_anew_are_no_turn_of_the_crank(description):
+    """It stands at rest, where a sensor shows but noise, while the board is reset."""
+    rng = np.random.default_rng(5)
+    health = PressureHealth(RIG, description, "fish_pressure")
+    for k in range(400):
+        codes = [9_500_000 + round(rng.normal(0, 90)), 0, 0, 0, 0, 13_421_773]
+        crank, epoch = (100_000, 1) if k < 200 else (0, 2)
+        assert health.update(codes, ALL_VALID, crank, epoch) == 0
+
+
 def test_excitation_out_of_range_concerns_the_bridges(description):
     health = PressureHealth(RIG, description, "fish_pressure")
     adc = description.adc_channel("excitation", 10.0)

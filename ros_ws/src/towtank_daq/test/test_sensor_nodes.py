@@ -69,7 +69,7 @@ class Bench:
         ):
             self.executor.spin_once(timeout_sec=0.05)
 
-    def send(self, codes, valid_mask=0x3F, crank=0, carriage=0) -> AdcScan:
+    def send(self, codes, valid_mask=0x3F, crank=0, carriage=0, epoch=1) -> AdcScan:
         self.sequence += 1
         scan = AdcScan(sequence=self.sequence, valid_mask=valid_mask)
         scan.header.stamp.sec = START_S
@@ -85,6 +85,7 @@ class Bench:
         ]
         scan.crank_count = crank
         scan.carriage_count = carriage
+        scan.count_epoch = epoch
         self.publisher.publish(scan)
         return scan
 
@@ -282,6 +283,31 @@ def test_encoder_node(bench):
     made.send([0] * 6, crank=5, carriage=5)
     made.spin_until(lambda: len(joints) == SPEED_SCANS + 1)
     assert list(joints[-1].position) == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.timeout(60)
+def test_encoder_node_after_a_reset_of_the_board(bench):
+    """Positions are not known, and a warning says so, until they are zeroed."""
+    made = bench(ENCODER)
+    joints = made.hear(JointState, "/measured/joint_states")
+    made.connected()
+    made.send([0] * 6, crank=1000)
+    for k in range(SPEED_SCANS):
+        made.send([0] * 6, crank=100 * k, carriage=200 * k, epoch=2)
+    made.spin_until(lambda: len(joints) == 1 + SPEED_SCANS)
+    assert list(joints[0].position) == [0.0, 0.0, 0.0]
+    assert all(math.isnan(x) for message in joints[1:] for x in message.position)
+    assert joints[-1].velocity[0] == pytest.approx(10_000 * 2 * math.pi / 4096)
+    made.spin_until(lambda: made.statuses[-1].level == DiagnosticStatus.WARN)
+    assert made.statuses[-1].message == (
+        "the board was reset: the positions of crank and carriage are not known; bring both to "
+        "where they are zero and call /measured/encoder/zero"
+    )
+    assert made.call_zero().success
+    made.send([0] * 6, crank=2000, carriage=5, epoch=2)
+    made.spin_until(lambda: len(joints) == 2 + SPEED_SCANS)
+    assert list(joints[-1].position) == [0.0, 0.0, 0.0]
+    made.spin_until(lambda: made.statuses[-1].level == DiagnosticStatus.OK)
 
 
 @pytest.mark.timeout(60)

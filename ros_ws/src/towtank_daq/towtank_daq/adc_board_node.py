@@ -89,6 +89,7 @@ class AdcBoardNode(LifecycleNode):
         self._rate_hz = parameters.rate_hz
         self._port: SerialPort | None = None
         self._board: AdcBoard | None = None
+        self._driver: AdcBoard | None = None  # kept where _board is not: it knows the counts' epoch
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
         self._failure = ""
@@ -110,14 +111,18 @@ class AdcBoardNode(LifecycleNode):
         self._failure = ""
         try:
             self._port = SerialPort(self._port_path, self._protocol.board.wire.baud)
-            self._board = AdcBoard(
-                self._port,
-                self._protocol,
-                self._publish,
-                self._on_warning,
-                patience_s=self._patience_s,
-                on_drive=self.drive_node.publish,
-            )
+            if self._driver is None:
+                self._driver = AdcBoard(
+                    self._port,
+                    self._protocol,
+                    self._publish,
+                    self._on_warning,
+                    patience_s=self._patience_s,
+                    on_drive=self.drive_node.publish,
+                )
+            else:
+                self._driver.use(self._port)
+            self._board = self._driver
             identity = self._board.connect()
             self._board.configure(self._configuration)
         except _FAILURES as error:
@@ -211,6 +216,7 @@ class AdcBoardNode(LifecycleNode):
             message.codes[:] = scan.codes
             message.crank_count = scan.crank
             message.carriage_count = scan.carriage
+            message.count_epoch = scan.count_epoch
             self._scans.publish(message)
             self._latencies_s.append((time.monotonic_ns() - scan.stamp_ns) * 1e-9)
 

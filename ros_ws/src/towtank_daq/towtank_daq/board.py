@@ -11,9 +11,13 @@ the stop how many there were. Nothing is ever put in their place.
 
 When the board resets in the middle of a run, or has gone idle because the host was held up, the
 driver starts it again. The numbers of the scans then go on by the time that has passed, so that
-the gap shows as so many lost scans (also one that the stop ends), and the encoder counts go on from
-the last known ones: what the shafts turned while the board was down is not known and must be zeroed
-again.
+the gap shows as so many lost scans (also one that the stop ends).
+
+A board that was reset has begun its encoder counts anew, and what the shafts turned while it was
+down is not known: its scans carry another `count_epoch`. The first epoch is the board's boot count,
+so that a host that is started again goes on in the epoch of the counts, which the board keeps while
+no host is there. (The boot count begins anew with the power, which a host that was not there then
+cannot know.)
 
 When the line goes in the middle of a run, the driver opens it again as soon as it is there. A board
 that has run on meanwhile (its time tells) is just listened to again: its numbers say to the scan
@@ -117,6 +121,8 @@ class Scan:
     crank: int
     carriage: int
     """Encoder counts at the tick, unwrapped."""
+    count_epoch: int
+    """Counts of different epochs have no known relation: the board was reset in between."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,20 +163,14 @@ class Statistics:
 
 
 class _Counter:
-    """A shaft's 32-bit count, unwrapped, going on over a reset of the board."""
+    """A shaft's 32-bit count, unwrapped from 0, where a reset of the board begins it."""
 
     def __init__(self) -> None:
-        self._offset = 0
-        self._last: int | None = None
+        self._last = 0
 
     def update(self, count: int) -> int:
-        near = count if self._last is None else self._last
-        self._last = unwrap(count, 32, near)
-        return self._offset + self._last
-
-    def board_was_reset(self) -> None:
-        self._offset += self._last or 0
-        self._last = 0
+        self._last = unwrap(count, 32, self._last)
+        return self._last
 
 
 class AdcBoard:
@@ -221,6 +221,8 @@ class AdcBoard:
         self._line_gone = False
         self._lost_ns: int | None = None  # since when the run waits for line or board
         self._crank, self._carriage = _Counter(), _Counter()
+        self._count_epoch = 0
+        self._last_scan_epoch = 0
         self._first_tick = 0
         self._period_ticks = 0
         self._base = 0  # number of the board's scan 0
@@ -233,6 +235,16 @@ class AdcBoard:
         self._scan_seen = False
 
     # -- states
+
+    def use(self, transport: Transport) -> None:
+        """Go on with the board on a line that was opened anew; connect() comes next.
+
+        Who has known the board before sees a power cut, which its boot count does not tell.
+        """
+        self._transport = transport
+        self._streaming = False
+        self._line_gone = False
+        self._down = ""
 
     def connect(self, timeout_s: float = CONNECT_TIMEOUT_S) -> Identity:
         """Find the board and make sure that it speaks this protocol; leaves it idle.
@@ -253,6 +265,10 @@ class AdcBoard:
             self._wait(min(quiet_until_ns, end_ns), lambda: self._booted)
         self.identity = self._identified(response)
         self._command("stop")
+        self._take_boot_count(self.counters())
+        if self._last_scan_epoch and not self._has_run_on(self.board_time()):
+            self._forget_counts()  # also where neither boot frame nor boot count tell of a reset
+        self._count_epoch = max(self._count_epoch, self._boot_count)
         return self.identity
 
     def configure(self, configuration: Configuration) -> None:
@@ -561,13 +577,11 @@ class AdcBoard:
     def _resume(self) -> None:
         if self._lost_ns is None:  # else that has been said
             self._on_warning(
-                f"{self._down}: starting it again; the gap counts as lost scans, and what the "
-                "shafts turned meanwhile is not known"
+                f"{self._down}: starting it again; the gap counts as lost scans, and after a reset "
+                "of the board crank and carriage must be zeroed again"
             )
         self._streaming = False
         self.connect()
-        if not self._has_run_on(self.board_time()):
-            self._forget_counts()  # also where neither boot frame nor boot count tell of a reset
         self.configure(self._configuration)
         self._begin()
         self.statistics.restarts += 1
@@ -657,6 +671,7 @@ class AdcBoard:
         self._last_stamp_ns = stamp_ns = self.clock.host_ns(ticks)
         self._scan_seen = True
         self._lost_ns = None
+        self._last_scan_epoch = self._count_epoch
         self._on_scan(
             Scan(
                 sequence=sequence,
@@ -667,21 +682,28 @@ class AdcBoard:
                 flags=record.flags,
                 crank=self._crank.update(record.crank),
                 carriage=self._carriage.update(record.carriage),
+                count_epoch=self._count_epoch,
             )
         )
 
     def _take_health(self, record: HealthRecord) -> None:
         idle = self._streaming and record.state == self._board.board_state["idle"]
-        # Where the boot frame did not get through. A brown-out begins the boot count anew, but a
-        # board that has only gone idle still knows of its scans
-        if self._boot_count not in (None, record.boot_count) or (
-            idle and not record.scans_scheduled
-        ):
+        reset = self._take_boot_count(record)
+        if idle and not reset and not record.scans_scheduled:
+            # A power cut begins the boot count anew, and its boot frame may not have got through;
+            # a board that has only gone idle still knows of its scans
             self._board_was_reset(record.reset_cause)
-        elif idle:
+        elif idle and not reset:
             self._down = "the board has gone idle, having heard nothing from the host for too long"
-        self._boot_count = record.boot_count
         self.health = record
+
+    def _take_boot_count(self, record: HealthRecord) -> bool:
+        """Whether it tells of a reset whose boot frame did not get through."""
+        known, self._boot_count = self._boot_count, record.boot_count
+        if known in (None, record.boot_count):
+            return False
+        self._board_was_reset(record.reset_cause)
+        return True
 
     def _take_drive(self, record: DriveRecord, received_ns: int) -> None:
         board = self._board
@@ -714,8 +736,9 @@ class AdcBoard:
 
     def _forget_counts(self) -> None:
         self.drive_state = None
-        self._crank.board_was_reset()
-        self._carriage.board_was_reset()
+        self._crank, self._carriage = _Counter(), _Counter()
+        # One reset is told in several ways: the epoch is a new one beside the last scan's
+        self._count_epoch = max(self._last_scan_epoch + 1, self._boot_count)
 
 
 def _name(names: dict[str, int], number: int) -> str:

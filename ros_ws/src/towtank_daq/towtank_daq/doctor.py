@@ -252,10 +252,12 @@ def _shafts(
 ) -> tuple[_Shaft, _Shaft]:
     stamps_ns = np.array([scan.stamp_ns for scan in scans])
     at_rest = stamps_ns < stamps_ns[:1] + round(1e9 * REST_S)
+    # Of one epoch: behind a reset, as `restarts` says, the counts tell nothing
+    known = np.array([scan.count_epoch == scans[0].count_epoch for scan in scans])
     return (
         _Shaft(
             "crank",
-            np.array([scan.crank for scan in scans]),
+            np.where(known, [scan.crank for scan in scans], math.nan),
             at_rest,
             crank_encoder(rig).per_count / (2.0 * math.pi),
             "turns",
@@ -265,7 +267,7 @@ def _shafts(
         ),
         _Shaft(
             "carriage",
-            np.array([scan.carriage for scan in scans]),
+            np.where(known, [scan.carriage for scan in scans], math.nan),
             at_rest,
             carriage_encoder(rig).per_count,
             "m",

@@ -50,6 +50,10 @@ class VelocityFilter:
             return math.nan
         return self._end_slope()
 
+    def reset(self) -> None:
+        """Forget all positions: those that come have no known relation to them."""
+        self._samples.clear()
+
     def _end_slope(self) -> float:
         """Slope at the end of the least-squares parabola; the chord's with only two samples."""
         count = len(self._samples)
@@ -87,23 +91,40 @@ class Encoder:
 
     step: position per count, with the sign of the encoder's direction (rad or m per count).
     start: position at the origin (rad or m).
+
+    From a change of the counts' epoch on the position is not known (NaN) until it is zeroed again.
     """
 
     def __init__(self, step: float, window_s: float = WINDOW_S, start: float = 0.0) -> None:
         self._step = step
         self._start = start
         self._origin: int | None = None
+        self._epoch: int | None = None
+        self._to_zero = True
         self._velocity = VelocityFilter(window_s)
+
+    @property
+    def lost(self) -> bool:
+        """Whether the position is not known any more."""
+        return self._origin is None and self._epoch is not None
 
     def zero(self) -> None:
         """Make the next count the origin."""
-        self._origin = None
+        self._to_zero = True
 
-    def update(self, stamp_ns: int, count: int) -> tuple[float, float]:
+    def update(self, stamp_ns: int, count: int, epoch: int = 0) -> tuple[float, float]:
         """Position and velocity; the first count is the origin."""
-        if self._origin is None:
+        if self._epoch not in (None, epoch):
+            # Its first position is not known in any case, so that a break shows in the record
+            self._origin = None
+            self._velocity.reset()
+        elif self._to_zero:
             self._origin = count
-        position = self._start + self._step * (count - self._origin)
+            self._to_zero = False
+        self._epoch = epoch
+        position = math.nan
+        if self._origin is not None:
+            position = self._start + self._step * (count - self._origin)
         # From the counts, which go on evenly where the position gets a new origin
         return position, self._step * self._velocity.update(stamp_ns, count)
 
@@ -122,9 +143,9 @@ AT_REST = Drive(0.0, 0.0, 0.0)
 class DriveWatch:
     """How crank and carriage move, from the counts that come with every scan.
 
-    For what acts on the other sensors while the tow is under way. At the start and after a gap the
-    speeds are not known for half a velocity's window, the acceleration for a quarter of a second
-    more: no speed from before a gap counts.
+    For what acts on the other sensors while the tow is under way. At the start, after a gap and in
+    a new epoch of the counts, the speeds are not known for half a velocity's window, the
+    acceleration for a quarter of a second more: no speed from before a gap counts.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -132,10 +153,12 @@ class DriveWatch:
         self._carriage = Encoder(carriage_encoder(rig).per_count)
         self._speeds: deque[tuple[int, float]] = deque()
 
-    def update(self, stamp_ns: int, crank_count: int, carriage_count: int) -> Drive:
+    def update(
+        self, stamp_ns: int, crank_count: int, carriage_count: int, count_epoch: int = 0
+    ) -> Drive:
         """The drive after one more scan; stamps must increase."""
-        _, crank_rate = self._crank.update(stamp_ns, crank_count)
-        _, speed = self._carriage.update(stamp_ns, carriage_count)
+        _, crank_rate = self._crank.update(stamp_ns, crank_count, count_epoch)
+        _, speed = self._carriage.update(stamp_ns, carriage_count, count_epoch)
         return Drive(crank_rate, speed, self._acceleration(stamp_ns, speed))
 
     def _acceleration(self, stamp_ns: int, speed: float) -> float:

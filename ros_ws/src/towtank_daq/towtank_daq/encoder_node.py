@@ -3,6 +3,8 @@
 
 The tow point's heave (m, upwards, as a joint that slides) follows from the crank's angle by the
 mechanism's kinematics.
+
+After a reset of the board positions are not known and NaN, until somebody zeroes them.
 """
 
 from __future__ import annotations
@@ -42,6 +44,7 @@ class EncoderNode(ScanNode):
         self._crank = Encoder(crank_encoder(self.rig).per_count, window_s, crank_zero(self.rig))
         self._carriage = Encoder(carriage_encoder(self.rig).per_count, window_s)
         self._motion = tow_point_motion(self.rig.tow_point)
+        self._lost = False
         self._joints = JointState()
         self._joints.name = ["crank", "carriage", "tow_point"]
         # Nobody measures efforts, but not all readers of bags take an empty sequence at the end.
@@ -52,14 +55,32 @@ class EncoderNode(ScanNode):
     def take(self, scan: AdcScan, drive: Drive) -> None:
         # The board latches the counts at the scan's tick: no delay to add
         sampled_ns = stamp_ns(scan.header.stamp)
-        crank, crank_rate = self._crank.update(sampled_ns, scan.crank_count)
-        carriage, carriage_speed = self._carriage.update(sampled_ns, scan.carriage_count)
+        epoch = scan.count_epoch
+        crank, crank_rate = self._crank.update(sampled_ns, scan.crank_count, epoch)
+        carriage, carriage_speed = self._carriage.update(sampled_ns, scan.carriage_count, epoch)
         set_stamp(self._joints.header.stamp, sampled_ns)
         heave, heave_rate = self._motion.heave_of(crank, crank_rate)
         self._joints.position = [crank, carriage, heave]
         self._joints.velocity = [crank_rate, carriage_speed, heave_rate]
         self._publisher.publish(self._joints)
         self.ready()
+        self._tell_reference()
+
+    def _tell_reference(self) -> None:
+        lost = self._crank.lost
+        if lost == self._lost:
+            return
+        self._lost = lost
+        if lost:
+            what = (
+                "the board was reset: the positions of crank and carriage are not known; bring "
+                f"both to where they are zero and call {self.get_fully_qualified_name()}/zero"
+            )
+            self.get_logger().warning(what)
+            self.diagnostics.warn(what)
+        else:
+            self.get_logger().info("crank and carriage are zeroed again")
+            self.diagnostics.ready()
 
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._crank.zero()

@@ -39,7 +39,9 @@ class PressureNode(ScanNode):
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
         reading = self._sensor.process(scan.codes, scan.valid_mask, drive)
-        health = self._health.update(scan.codes, scan.valid_mask, scan.crank_count)
+        health = self._health.update(
+            scan.codes, scan.valid_mask, scan.crank_count, scan.count_epoch
+        )
         self.note_health(health)
         sampled_ns = stamp_ns(scan.header.stamp) + int(scan.channel_delay_ns[self._sensor.channel])
         pressure, depth = self._pressure, self._depth

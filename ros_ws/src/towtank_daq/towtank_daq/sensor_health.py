@@ -163,13 +163,15 @@ class MotionWatch:
         self._turn = crank_encoder(rig).counts_per_revolution
         self._codes: list[int] = []
         self._start: int | None = None
+        self._epoch = 0
         self._flags = Health(0)
 
-    def update(self, code: int | None, crank_count: int) -> Health:
+    def update(self, code: int | None, crank_count: int, count_epoch: int = 0) -> Health:
         """Flags after one more scan; they hold until the crank has turned once more."""
-        if self._start is None or code is None:
+        if self._start is None or code is None or count_epoch != self._epoch:
             self._start = crank_count
             self._codes.clear()
+        self._epoch = count_epoch
         if code is not None:
             self._codes.append(code)
         if abs(crank_count - self._start) >= self._turn:
@@ -220,10 +222,13 @@ class PressureHealth:
         adc = board.adc_channel("excitation", nominal)
         self._excitation_codes = int(adc.codes(low)), int(adc.codes(high))
 
-    def update(self, codes: Sequence[int], valid_mask: int, crank_count: int) -> Health:
+    def update(
+        self, codes: Sequence[int], valid_mask: int, crank_count: int, count_epoch: int = 0
+    ) -> Health:
         """Flags after one more scan."""
         code = codes[self._channel] if valid_mask >> self._channel & 1 else None
-        flags = self._watch.update(code) | self._motion.update(code, crank_count)
+        flags = self._watch.update(code)
+        flags |= self._motion.update(code, crank_count, count_epoch)
         if valid_mask >> self._excitation & 1:
             low, high = self._excitation_codes
             if not low <= codes[self._excitation] <= high:

@@ -30,7 +30,9 @@ def make_sensors() -> list[ScanNode]:
     watch = DriveWatch(encoder.rig)
 
     def deliver(scan: AdcScan) -> None:
-        drive = watch.update(stamp_ns(scan.header.stamp), scan.crank_count, scan.carriage_count)
+        drive = watch.update(
+            stamp_ns(scan.header.stamp), scan.crank_count, scan.carriage_count, scan.count_epoch
+        )
         for node in nodes:
             node.on_scan(scan, drive)
 

@@ -2,7 +2,7 @@
 """Readings for a procedure from the ADC board: means over some seconds, with their scatter.
 
 The board streams while a reading is taken and rests while somebody moves a sensor; its encoder
-counts go on meanwhile.
+counts go on meanwhile, unless it is reset.
 """
 
 from __future__ import annotations
@@ -39,10 +39,11 @@ class ChannelReading:
 
 @dataclass(frozen=True)
 class BoardReading:
-    """One reading: channels by name, and the crank's count at its end."""
+    """One reading: channels by name, and the crank's count at its end with its epoch."""
 
     channels: dict[str, ChannelReading]
     crank_counts: int
+    count_epoch: int
 
 
 class BoardReadings:
@@ -117,7 +118,8 @@ class BoardReadings:
             channels[name] = ChannelReading(
                 float(np.mean(volts)), scatter, len(codes), float(np.mean(codes))
             )
-        return BoardReading(channels, self._scans[-1].crank)
+        last = self._scans[-1]
+        return BoardReading(channels, last.crank, last.count_epoch)
 
 
 def adc_temperature(code: int) -> float:

@@ -15,6 +15,7 @@ from towtank_rig import Rig
 
 from towtank_lab.accelerometer_calibration import SIX_POSITIONS
 from towtank_lab.board_readings import BoardReading, ChannelReading, channel_of
+from towtank_lab.errors import ProcedureError
 
 Row = dict[str, float]
 
@@ -99,7 +100,11 @@ def accelerometer_rows(
 def crank_rows(
     angles: Sequence[float], with_heights: bool, seconds: float, desk: Terminal, at: Station
 ) -> Iterator[Row]:
-    """Lead through the marks of the crank's disc at the angles (degrees), in their order."""
+    """Lead through the marks of the crank's disc at the angles (degrees), in their order.
+
+    Raises ProcedureError when the board was reset between two marks.
+    """
+    epoch = None
     for number, angle in enumerate(angles, start=1):
         question = (
             f"{number}/{len(angles)}: turn the crank, in the sense in which it runs, to {angle:g} "
@@ -112,6 +117,12 @@ def crank_rows(
             desk.ask(f"{question}; Enter")
         at.move(row)
         reading = at.take(seconds, lambda _: None)
+        if epoch not in (None, reading.count_epoch):
+            raise ProcedureError(
+                "the board was reset since the mark before, and its counts have begun anew: check "
+                "its power, and begin again at the first mark"
+            )
+        epoch = reading.count_epoch
         row["counts"] = reading.crank_counts
         desk.say(f"   {reading.crank_counts} counts")
         yield row

@@ -147,17 +147,28 @@ def test_time_that_goes_back_starts_anew(history, readings, nit_calicut):
     assert twin.running
 
 
-def test_doubled_and_impossible_samples_count_as_lost(history, readings, nit_calicut):
+def test_positions_that_were_lost_start_anew(history, readings, nit_calicut):
+    """Of one unknown sample too: what comes after it counts from another origin, here 3 m ahead."""
+    twin = Twin(nit_calicut, segments=20, step=0.005)
+    rows = np.column_stack((history.time, *readings)).tolist()[:200]
+    for number, (t, a, x) in enumerate(rows):
+        x = math.nan if number in (100, 101) else x + 3.0 * (number > 101)
+        state = twin.follow(round(t * 1e9), a, x)
+        if 100 <= number < 102 + 2 * HALF_WIDTH:
+            assert state is None
+    assert twin.interruptions == 1
+    assert twin.interruption == "the positions of crank and carriage are not known, at 1.000 s"
+    assert twin.running
+    assert twin.tow.depressor().position[0] == pytest.approx(3.0, abs=1.0)
+
+
+def test_doubled_samples_count_as_lost(history, readings, nit_calicut):
     twin = Twin(nit_calicut, segments=20, step=0.005)
     rows = np.column_stack((history.time, *readings)).tolist()[:100]
     states = []
     for t, a, x in rows:
         stamp = round(t * 1e9)
-        states += [
-            twin.follow(stamp, a, x),
-            twin.follow(stamp, a, x),
-            twin.follow(stamp + 1_000_000, math.nan, x),
-        ]
+        states += [twin.follow(stamp, a, x), twin.follow(stamp, a, x)]
     states = [state for state in states if state is not None]
     assert states == [round(t * 1e9) for t, _, _ in rows[HALF_WIDTH:-HALF_WIDTH]]
 

@@ -27,9 +27,10 @@ class Twin:
     """Follows samples of crank angle and carriage position, a fixed lag behind them.
 
     The tow starts as a steady tow at the carriage's speed, at rest if it stands, as soon as the
-    tow point heaves slowly enough. After a gap longer than LONGEST_GAP_NS, or when time goes back,
-    the twin's past is worth nothing: it starts anew in the same way, and `interruption` says why
-    and when. The states of the first half minute after that hold the transient of a start.
+    tow point heaves slowly enough. After a gap longer than LONGEST_GAP_NS, when time goes back, or
+    when the positions are not known (NaN) and may have got another origin since, the twin's past
+    is worth nothing: it starts anew in the same way, and `interruption` says why and when. The
+    states of the first half minute after that hold the transient of a start.
 
     segments: of all lines, see `towtank_sim.model.segment_counts`; step: longest time step, s.
     """
@@ -56,9 +57,12 @@ class Twin:
 
         stamp: instant of sampling, ns; crank_angle: rad; carriage_position: m.
         Returns the instant (ns) of the tow's new state, or None if there is none. A sample that
-        is not finite, or comes twice, counts as lost.
+        comes twice counts as lost.
         """
         if not (math.isfinite(crank_angle) and math.isfinite(carriage_position)):
+            if self._newest is not None:
+                self._interrupt("the positions of crank and carriage are not known", stamp)
+                self._newest = None
             return None
         if self._newest is not None:
             if stamp == self._newest:

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A trial's result in the terminal, also where there is none."""
+
+from towtank_bringup.result_table import print_result
+
+
+def test_a_result_without_a_ratio_says_why(capsys):
+    """As result.json has it when the board was reset in the log."""
+    nothing = {"value": None, "phase_deg": None}
+    reason = "the crank's angle is not known at 7.00 s of the window, for the board was reset"
+    print_result(
+        {
+            "rig": "nit_calicut_2012",
+            "window": [1002.0, 1018.0],
+            "amplitude_m": {
+                body: {"measured": None, "u95": None, "twin": None}
+                for body in ("fish", "depressor")
+            },
+            "heave_ratio": {"measured": nothing, "twin": nothing},
+            "reasons": {"measured": reason, "twin": reason},
+            "scans": {"scheduled": 1601, "received": 1550, "lost": 51, "bad": 0},
+            "sensor_health": {},
+            "encoder": {"reference_lost_s": [1009.0]},
+        }
+    )
+    said = capsys.readouterr().out
+    assert f"no heave ratio for measured: {reason}\n" in said
+    assert "the board was reset: from 7.00 s after the log's start on, the positions of" in said
