@@ -18,6 +18,7 @@ from towtank_bag.writer import Attachment, BagWriter, RawMessage, Topic
 from towtank_interfaces.msg import (
     AdcScan,
     CableState,
+    CrankMotion,
     Depth,
     HeaveRatio,
     Inclination,
@@ -83,6 +84,7 @@ MAKERS = {
     "/measured/fish/depth": lambda i: Depth(header=header(i), depth=0.1 * i, valid=i % 2 == 0),
     "/measured/fish/imu": lambda i: Imu(header=header(i)),
     "/measured/fish/inclination": lambda i: Inclination(header=header(i), pitch=0.1 * i),
+    "/measured/crank_motion": lambda i: CrankMotion(header=header(i), heave=0.1 * i, zeroed=i > 1),
     "/measured/joint_states": lambda i: JointState(
         header=header(i),
         name=["crank", "carriage"],

@@ -24,6 +24,7 @@ TRIAL_TOPICS = (
     "/measured/fish/imu sensor_msgs/msg/Imu sensor",
     "/measured/fish/inclination towtank_interfaces/msg/Inclination sensor",
     "/measured/joint_states sensor_msgs/msg/JointState sensor",
+    "/measured/crank_motion towtank_interfaces/msg/CrankMotion sensor",
     "/measured/crank_drive/state towtank_interfaces/msg/CrankDrive reliable",
     "/measured/heave_ratio towtank_interfaces/msg/HeaveRatio reliable",
     "/twin/fish/odometry nav_msgs/msg/Odometry sensor",

@@ -213,6 +213,9 @@ def test_uncertainty_of_a_rig():
         ("1", "as calibrated, towed", 0.0212),
     ):
         assert by_practice[unit, practice]["u95"] == pytest.approx(u95, rel=5e-3), practice
+    angle, heave = (budget["u95"] for budget in found["crank"])
+    assert math.degrees(angle) == pytest.approx(2.7, abs=0.05)
+    assert heave == pytest.approx(2.85e-3, abs=5e-6)
     drawn = by_practice["m", "data sheet, zeroed"]["monte_carlo"]
     assert drawn["low"] < 0 < drawn["high"]
     assumed = {assumption["path"] for assumption in found["assumptions"]}
@@ -220,7 +223,7 @@ def test_uncertainty_of_a_rig():
     assert found["appendix_iii"]["span_tolerance"] == pytest.approx(0.0275, abs=1e-5)
     table = run("uncertainty", "nit_calicut_2012", "--depth", 2.2, "--draws", 2000).stdout
     assert "as calibrated, zeroed" in table and "± 27.5 mm" in table
-    assert "at the ends of what is assumed" in table
+    assert "at the ends of what is assumed" in table and "heave of the tow point" in table
 
 
 def test_uncertainty_takes_the_front_ends_from_the_board():
@@ -239,7 +242,7 @@ def test_uncertainty_takes_the_front_ends_from_the_board():
 def test_uncertainty_of_a_rig_that_does_not_heave(tmp_path):
     still = tmp_path / "still.yaml"
     rig = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
-    changes = {"name": "still", "tow_point.motion.crank_radius": 0.0}
+    changes = {"name": "still", "tow_point.motion.crank_radius": "0 m"}
     still.write_text(rig.replace(changes).text)
     refused = run("uncertainty", still)
     assert refused.exit_code == 1 and "does not move: give --amplitude" in refused.output

@@ -12,7 +12,7 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import FluidPressure, Imu, JointState
 from std_srvs.srv import Trigger
 from towtank_daq.sensors import make_sensors
-from towtank_interfaces.msg import AdcScan, Depth, Inclination, SensorHealth
+from towtank_interfaces.msg import AdcScan, CrankMotion, Depth, Inclination, SensorHealth
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 
 RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
@@ -261,10 +261,11 @@ def test_encoder_node(bench):
     """100 counts of 4096 a scan on the crank, 200 on the wheel of 0.5 m; counts start anywhere."""
     made = bench(ENCODER)
     joints = made.hear(JointState, "/measured/joint_states")
+    motions = made.hear(CrankMotion, "/measured/crank_motion")
     made.connected()
     for k in range(SPEED_SCANS):
         scan = made.send([0] * 6, crank=2**40 + 100 * k, carriage=-7 + 200 * k)
-    made.spin_until(lambda: len(joints) == SPEED_SCANS)
+    made.spin_until(lambda: len(joints) == len(motions) == SPEED_SCANS)
     last = joints[-1]
     assert all(math.isnan(rate) for early in joints[:-1] for rate in early.velocity)
     assert list(last.name) == ["crank", "carriage", "tow_point"]
@@ -279,10 +280,24 @@ def test_encoder_node(bench):
     assert last.velocity[2] == pytest.approx(0.06 * math.cos(angle) * rate)
     assert last.header.stamp == scan.header.stamp
     assert list(joints[0].position) == [0.0, 0.0, 0.0]
+    motion = motions[-1]
+    assert motion.header.stamp == scan.header.stamp
+    assert (motion.angle, motion.heave) == (last.position[0], last.position[2])
+    for name, slope in (("angle", 1.0), ("heave", 0.06 * math.cos(angle))):
+        combined, a, b, u95 = (
+            getattr(motion, f"{name}_{kind}")
+            for kind in ("standard_uncertainty", "type_a_uncertainty", "type_b_uncertainty", "u95")
+        )
+        assert a == pytest.approx(slope * 2 * math.pi / 4096 / math.sqrt(12))
+        assert b >= slope * 0.05 / math.sqrt(3)  # the rig's limit of the zero
+        assert combined == pytest.approx(math.hypot(a, b))
+        assert combined < u95 < 2.0 * combined
+    assert not motion.zeroed
     assert made.call_zero().success
     made.send([0] * 6, crank=5, carriage=5)
     made.spin_until(lambda: len(joints) == SPEED_SCANS + 1)
     assert list(joints[-1].position) == [0.0, 0.0, 0.0]
+    made.spin_until(lambda: motions[-1].zeroed)
 
 
 @pytest.mark.timeout(60)

@@ -2,7 +2,7 @@
 """Node of the two encoders: scans in, position and velocity of crank, carriage and tow point out.
 
 The tow point's heave (m, upwards, as a joint that slides) follows from the crank's angle by the
-mechanism's kinematics.
+mechanism's kinematics. Angle and heave come with their uncertainty, too.
 
 After a reset of the board positions are not known and NaN, until somebody zeroes them.
 """
@@ -13,11 +13,12 @@ import math
 
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from towtank_interfaces.msg import AdcScan
+from towtank_interfaces.msg import AdcScan, CrankMotion
 from towtank_node.parameters import Parameter
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig.conversion import carriage_encoder, crank_encoder, crank_zero
+from towtank_rig.crank_uncertainty import CrankBudget
 from towtank_rig.motion import tow_point_motion
 
 from towtank_daq.encoder import WINDOW_S, Drive, Encoder
@@ -49,6 +50,10 @@ class EncoderNode(ScanNode):
         self._joints.name = ["crank", "carriage", "tow_point"]
         # Nobody measures efforts, but not all readers of bags take an empty sequence at the end.
         self._joints.effort = [math.nan] * 3
+        self._budget = CrankBudget(self.rig)
+        self._crank_motion = CrankMotion()
+        self._crank_motion.header.frame_id = "crank"
+        self._crank_motions = self.create_publisher(CrankMotion, "crank_motion", SENSOR_QOS)
         self._publisher = self.create_publisher(JointState, "joint_states", SENSOR_QOS)
         self.create_service(Trigger, "~/zero", self._on_zero)
 
@@ -63,6 +68,7 @@ class EncoderNode(ScanNode):
         self._joints.position = [crank, carriage, heave]
         self._joints.velocity = [crank_rate, carriage_speed, heave_rate]
         self._publisher.publish(self._joints)
+        self._publish_crank_motion(sampled_ns, crank, heave)
         self.ready()
         self._tell_reference()
 
@@ -72,6 +78,7 @@ class EncoderNode(ScanNode):
             return
         self._lost = lost
         if lost:
+            self._crank_motion.zeroed = False
             what = (
                 "the board was reset: the positions of crank and carriage are not known; bring "
                 f"both to where they are zero and call {self.get_fully_qualified_name()}/zero"
@@ -82,9 +89,21 @@ class EncoderNode(ScanNode):
             self.get_logger().info("crank and carriage are zeroed again")
             self.diagnostics.ready()
 
+    def _publish_crank_motion(self, sampled_ns: int, angle: float, heave: float) -> None:
+        message = self._crank_motion
+        set_stamp(message.header.stamp, sampled_ns)
+        message.angle, message.heave = angle, heave
+        for name, uncertainty in zip(("angle", "heave"), self._budget.at(angle), strict=True):
+            setattr(message, f"{name}_standard_uncertainty", uncertainty.combined)
+            setattr(message, f"{name}_type_a_uncertainty", uncertainty.type_a)
+            setattr(message, f"{name}_type_b_uncertainty", uncertainty.type_b)
+            setattr(message, f"{name}_u95", uncertainty.u95)
+        self._crank_motions.publish(message)
+
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._crank.zero()
         self._carriage.zero()
+        self._crank_motion.zeroed = True
         response.success = True
         response.message = "crank and carriage are zero at the next scan"
         return response

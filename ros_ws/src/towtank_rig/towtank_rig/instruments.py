@@ -123,10 +123,15 @@ class Accelerometer(Section):
 
 
 class CrankEncoder(Section):
-    """Quadrature encoder on the crank; counts per revolution after ×4 decoding."""
+    """Quadrature encoder on the crank; counts per revolution after ×4 decoding.
+
+    ``zero_angle_error``: how far from the motion law's angle 0 the crank may stand when it is
+    zeroed.
+    """
 
     counts_per_revolution: int = Field(ge=4)
     direction: Literal[1, -1]
+    zero_angle_error: AngleLimit
 
 
 class CarriageEncoder(Section):

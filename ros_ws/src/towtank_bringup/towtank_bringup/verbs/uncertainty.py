@@ -15,6 +15,7 @@ from towtank_daq.description import BoardDescription, installed_description, loa
 from towtank_rig import Rig, RigError, load_rig
 from towtank_rig import appendix_three as thesis
 from towtank_rig.assumption_effects import AssumptionEffect, assumption_effects
+from towtank_rig.crank_uncertainty import CrankBudget
 from towtank_rig.statement import (
     BoardNoise,
     Budget,
@@ -60,7 +61,7 @@ def command(
     seed: int,
     as_json_text: bool,
 ) -> None:
-    """State the uncertainty of depth, pitch and heave ratio that the sensors of RIG allow.
+    """State the uncertainty of depth, pitch, heave ratio and crank that the sensors of RIG allow.
 
     To first order (GUM) and by Monte Carlo (GUM Supplement 1), from the errors that the rig file
     gives; beside it the figure of appendix III of P. P. Lalu's thesis, and what that leaves out.
@@ -89,6 +90,7 @@ def command(
     noise = BoardNoise(**{name: front.noise_volts for name, front in fronts.items()})
     found = statements(loaded, conditions, noise, draws=draws, seed=seed)
     assumptions = assumption_effects(loaded, conditions, noise)
+    crank = CrankBudget(loaded).budgets()
     appendix = thesis.appendix_three(loaded)
     if as_json_text:
         result = {
@@ -97,6 +99,7 @@ def command(
             "front_ends": {name: asdict(front) for name, front in fronts.items()},
             "monte_carlo": {"draws": draws, "seed": seed},
             "statements": [as_json(statement) for statement in found],
+            "crank": [asdict(budget) for budget in crank],
             "assumptions": [asdict(assumption) for assumption in assumptions],
             "appendix_iii": {"depth": thesis.DEPTH, **asdict(appendix)},
         }
@@ -110,7 +113,7 @@ def command(
     )
     _print_statements(console, found, draws)
     budgets = trial_budgets(loaded, conditions, noise)
-    for budget in budgets:
+    for budget in (*budgets, *crank):
         _print_budget(console, budget)
     _print_assumptions(console, assumptions, budgets)
     _print_front_ends(console, fronts, loaded)
@@ -198,6 +201,7 @@ def _print_budget(console: Console, budget: Budget) -> None:
             table.add_row(line.name, value, effect, f"{100.0 * share:.1f} %")
     table.add_section()
     table.add_row("combined", "", f"{scale * budget.standard_uncertainty:.3g}", "")
+    table.add_row("± 95 %", "", f"{scale * budget.u95:.3g}", "")
     console.print(table)
 
 
