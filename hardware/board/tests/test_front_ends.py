@@ -66,12 +66,13 @@ def test_bridge_gain_by_hand():
 
 
 def test_full_scale_stays_within_amplifier_and_adc():
-    # Span and offset at their limits, 41.5 mV and 1 mV, on the amplifier's REF of 1.25 V.
-    largest = run_deck("bridge", {"span": 0.0425}).measured["amplifier_full_v"]
+    # Span at its limit, 41.5 mV; offset, its stability and its hysteresis at theirs, 1.4 mV; on the
+    # amplifier's REF of 1.25 V.
+    largest = run_deck("bridge", {"span": 0.0429}).measured["amplifier_full_v"]
     assert largest < 3.3 - 0.1  # the ADC's buffers end 0.1 V below its supply
     assert largest - 1.25 < 2.5  # REFIN1 at unity gain
     # A bridge below zero by the same offset leaves the output above its swing of 0.8 V.
-    assert 1.25 - 0.001 * 40.37 > 0.8
+    assert 1.25 - 0.0014 * 40.37 > 0.8
 
 
 def test_output_is_limited_by_its_supply():

@@ -135,15 +135,16 @@ def test_noisy_sensor_is_not_zeroed(sensor, rig):
 
 
 def test_uncertainty_before_zeroing_covers_the_offset(sensor, rig):
-    """The data sheet's +-1 mV is 127 mm of water, evenly distributed: 74 mm standard."""
+    """The data sheet's +-1 mV is 127 mm of water, evenly distributed: 74 mm standard; twice
+    +-0.5 % of span, 26 mm, and the slope come on top."""
     reading = sensor.process(codes(1.0, rig), ALL_VALID)
-    assert 0.074 < reading.depth_uncertainty < 0.080
+    assert math.hypot(74, 15, 15) < 1e3 * reading.depth_uncertainty < 80
     weight = rig.water.density.value * rig.water.gravity.value
-    # The pressure itself does not feel what the water weighs: 0.5 mm of 76
+    # The pressure itself does not feel what the water weighs: 0.5 mm of 77
     as_pressure = weight * reading.depth_uncertainty
     assert as_pressure > reading.pressure_uncertainty == pytest.approx(as_pressure, rel=1e-3)
-    # One limit dominates: 0.95 of it
-    assert reading.depth_u95 == pytest.approx(0.95 * 0.127, rel=0.05)
+    # One limit dominates: more than 0.95 of it, less than 1.96 standard uncertainties
+    assert 0.95 * 0.127 < reading.depth_u95 < 1.9 * reading.depth_uncertainty
 
 
 def test_type_a_is_the_scatter_at_rest(sensor, rig):

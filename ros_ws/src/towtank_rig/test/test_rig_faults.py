@@ -277,6 +277,20 @@ def test_directory_and_binary_file(tmp_path):
         load_rig(binary)
 
 
+def test_errors_that_an_old_bag_does_not_know_count_as_none_and_are_told():
+    """A bag holds the rig file of its day."""
+    known = [line for line in TEXT.splitlines() if "_stability:" not in line]
+    old = parse_rig("\n".join(line for line in known if "temperature_hysteresis:" not in line))
+    errors = old.sensors.fish_pressure.errors
+    assert errors.offset_stability.value == errors.temperature_hysteresis.value == 0.0
+    told = [line for line in warnings(old) if "counts as none" in line]
+    assert [line.split(" is not given")[0] for line in told] == [
+        f"sensors.{sensor}_pressure.errors: {name}"
+        for sensor in ("fish", "depressor")
+        for name in ("offset_stability", "temperature_hysteresis")
+    ]
+
+
 def test_check_tells_every_fault_in_order(tmp_path):
     path = tmp_path / "rig.yaml"
     path.write_text(TEXT.replace("1.2 m", "1.2 ft").replace(SPEED, ""), encoding="utf-8")

@@ -110,6 +110,8 @@ def test_shared_error_that_only_one_sensor_has_does_not_cancel():
 def test_zeroing_removes_offsets_and_leaves_their_drift():
     errors = {
         "offset": 0.001,
+        "offset_stability": 2e-4,
+        "temperature_hysteresis": 3e-4,
         "offset_temperature": 1e-5,
         "temperature_since_zeroing": 0.5,
     }
@@ -118,7 +120,7 @@ def test_zeroing_removes_offsets_and_leaves_their_drift():
         budget, components=tuple(c for c in budget.components if c.name != "calibrated span")
     )
     metres_per_volt = 50_000 / 0.040 / 9800
-    offset = 0.001 / math.sqrt(3) * metres_per_volt
+    offset = math.hypot(0.001, 2e-4, 3e-4) / math.sqrt(3) * metres_per_volt
     drift = 1e-5 / math.sqrt(3) * 0.5 / math.sqrt(3) * metres_per_volt
     assert budget.depth == pytest.approx(drift, rel=1e-12)
     assert budget.depth_before_zeroing == pytest.approx(math.hypot(offset, drift), rel=1e-12)

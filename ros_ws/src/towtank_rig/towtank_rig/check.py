@@ -29,7 +29,7 @@ def check_rig(path: str | Path) -> list[RigError | str]:
 
 def warnings(rig: Rig) -> list[str]:
     """Return what is implausible in a valid rig, one line each; empty if nothing is."""
-    checks = (_water, _displacements, _stability, _room, _instruments)
+    checks = (_water, _displacements, _stability, _room, _instruments, _errors)
     return [line for check in checks for line in check(rig)]
 
 
@@ -168,3 +168,15 @@ def _instruments(rig: Rig) -> Iterator[str]:
         per_period = rig.board.sample_rate.value / turns["crank"]
     if per_period < 20.0:
         yield f"board: {per_period:.1f} samples a crank period; take at least 20"
+
+
+def _errors(rig: Rig) -> Iterator[str]:
+    """Errors that a rig file may leave out, for those of old bags do."""
+    for sensor in ("fish_pressure", "depressor_pressure", "accelerometer"):
+        errors = getattr(rig.sensors, sensor).errors
+        for name in type(errors).model_fields:
+            if name not in errors.model_fields_set:
+                yield (
+                    f"sensors.{sensor}.errors: {name} is not given and counts as none; add it from "
+                    "the data sheet"
+                )

@@ -117,6 +117,8 @@ def pressure_error_terms(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorTer
         ErrorTerm("hysteresis", "gain", (errors.hysteresis,), "1"),
         *linearity,
         ErrorTerm("offset", "zero_offset", (errors.offset,), "V"),
+        ErrorTerm("offset stability", "zero_offset", (errors.offset_stability,), "V"),
+        ErrorTerm("temperature hysteresis", "zero_offset", (errors.temperature_hysteresis,), "V"),
         ErrorTerm("amplifier offset", "zero_offset", (errors.amplifier_offset,), "V"),
         ErrorTerm(
             "offset over temperature",

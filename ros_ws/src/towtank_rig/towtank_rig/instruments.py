@@ -46,11 +46,13 @@ class PressureErrors(Section):
     """Limits of the systematic errors of one pressure channel, and its noise.
 
     Limits "of full scale" are fractions of the full-scale pressure. Volts are at the bridge's
-    terminals, at the nominal excitation.
+    terminals, at the nominal excitation. Rig files in old bags lack those that have a default.
     """
 
     span: RelativeLimit
     offset: VoltageLimit
+    offset_stability: VoltageLimit = Tolerance(value=0.0, unit="V")  # over the sensor's life
+    temperature_hysteresis: VoltageLimit = Tolerance(value=0.0, unit="V")  # of the offset
     linearity: RelativeLimit  # of full scale
     hysteresis: RelativeLimit  # of full scale
     span_temperature: PerKelvinLimit
