@@ -302,11 +302,13 @@ def accelerometer_limits(rig: Rig, board: BoardDescription, axis: str) -> Limits
     conversion = accelerometer_conversion(rig)
     index = "xyz".index(axis)
     zero, slope = float(conversion.zero_g[index]), float(conversion.sensitivity[index])
-    terms = [t for t in accelerometer_error_terms(rig) if t.name.endswith(axis)]
+    all_terms = accelerometer_error_terms(rig)
+    terms = [t for t in all_terms if t.name.endswith(axis)]
     slack = greatest(terms, "zero_g") + slope * greatest(terms, "nonlinearity")
     gravity = rig.water.gravity.value
     steepest = slope * (1.0 + greatest(terms, "sensitivity"))
     reach = slack + steepest * (1.0 + FORCE_TOLERANCE) * gravity
+    reach += greatest(all_terms, "supply") * (zero + reach)
     name = getattr(given.channels, axis)
     return _in_codes(
         board.adc_channel(name, rig.board.excitation.value),

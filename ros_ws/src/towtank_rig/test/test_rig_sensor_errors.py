@@ -163,6 +163,14 @@ def test_single_errors_do_what_their_names_say():
     assert flow - 1.0 == pytest.approx(0.1 * 0.5 / 9.782, rel=1e-9)
 
 
+def test_accelerometers_volts_are_shares_of_its_supply():
+    force = [1.0, -2.0, 9.0]
+    slipped = realise(RIG, {"accelerometer/supply ratio": 0.002}, 10.0, 0.0).accelerometer
+    assert slipped.volts(force) == pytest.approx(
+        1.002 * none(RIG).accelerometer.volts(force), rel=1e-14
+    )
+
+
 def test_linearity_error_is_greatest_in_the_middle_and_zero_at_the_ends():
     terms = {"fish_pressure/linearity": 0.0025}
     sensor = realise(BARE, terms, excitation=10.0, noise_scale=0.0).fish_pressure

@@ -217,8 +217,8 @@ def test_calibrated_inclinometer_is_far_better_than_the_data_sheet():
     calibrated, bare = inclination_budget(RIG), inclination_budget(BARE)
     assert math.degrees(COVERAGE * calibrated.pitch) < 0.7
     assert math.degrees(COVERAGE * bare.pitch) == pytest.approx(9.9, abs=0.2)
-    assert len(bare.components) == 5 * len(AXES) + 6
-    assert len(calibrated.components) == 5 * len(AXES)
+    assert len(bare.components) == 5 * len(AXES) + 6 + 1  # couplings, supply
+    assert len(calibrated.components) == 5 * len(AXES) + 1
 
 
 def test_zeroing_in_the_water_leaves_the_way_from_there():
@@ -293,3 +293,17 @@ def test_covariance_of_the_specific_force():
     # A sensitivity that is 1 % off one way or the other is not quite symmetric in what it reads
     assert covariance[2, 2] == pytest.approx(zero**2 + (0.01 / math.sqrt(3) * 9.782) ** 2, rel=1e-4)
     assert covariance[0, 1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_supply_moves_all_axes_together():
+    """Of a level fish, zeros of 1.65 V on x, y and z alike, and z's gravity besides."""
+    budget = inclination_budget(level_errors(supply_ratio=0.0015))
+    slip = 0.0015 / math.sqrt(3)
+    zero = slip * 1.65 / 0.067301
+    assert budget.pitch == pytest.approx(zero / 9.782, rel=1e-3)
+    assert budget.roll == pytest.approx(budget.pitch, rel=1e-3)
+    along = (zero, zero, zero + slip * 9.782)
+    for i, j in ((0, 0), (0, 1), (1, 2), (2, 2)):
+        assert budget.force_covariance[i, j] == pytest.approx(along[i] * along[j], rel=1e-9)
+    # It is no axis's own: without it, nothing is left.
+    assert inclination_budget(level_errors()).pitch == 0.0

@@ -24,7 +24,9 @@ PRESSURE_SENSORS: tuple[PressureSensorName, ...] = ("fish_pressure", "depressor_
 AXES = ("x", "y", "z")
 
 PressureEffect = Literal["gain", "linearity", "zero_offset", "zero_drift", "flow", "surge", "water"]
-AccelerometerEffect = Literal["sensitivity", "zero_g", "nonlinearity", "coupling", "rotation"]
+AccelerometerEffect = Literal[
+    "sensitivity", "zero_g", "supply", "nonlinearity", "coupling", "rotation"
+]
 
 
 @dataclass(frozen=True)
@@ -169,7 +171,7 @@ def _span_over_temperature(rig: Rig, sensor: PressureSensorName) -> tuple[ErrorT
 
 
 def accelerometer_error_terms(rig: Rig) -> tuple[ErrorTerm, ...]:
-    """Return the error terms of the accelerometer's three axes; the axis ends each name."""
+    """Return the error terms of the accelerometer; an axis ends the name of what it has alone."""
     errors = rig.sensors.accelerometer.errors
     calibration = rig.calibrations.accelerometer
     if calibration is None:
@@ -190,6 +192,8 @@ def accelerometer_error_terms(rig: Rig) -> tuple[ErrorTerm, ...]:
         *(ErrorTerm(f"sensitivity {a}", "sensitivity", (sensitivity,), "1") for a in AXES),
         *(ErrorTerm(f"zero g {a}", "zero_g", (zero_g[a],), "V") for a in AXES),
         *(ErrorTerm(f"zero g over temperature {a}", "zero_g", drift, "V") for a in AXES),
+        # Zero and sensitivity of all axes are shares of one supply, which the ADC does not follow.
+        ErrorTerm("supply ratio", "supply", (errors.supply_ratio,), "1"),
         *(
             ErrorTerm(f"nonlinearity {a}", "nonlinearity", (errors.nonlinearity,), "m/s^2")
             for a in AXES

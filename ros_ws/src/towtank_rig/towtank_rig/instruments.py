@@ -85,10 +85,14 @@ class PressureSensor(Section):
 
 
 class AccelerometerErrors(Section):
-    """Limits of the systematic errors of each accelerometer axis, and its noise."""
+    """Limits of the systematic errors of each accelerometer axis, and its noise.
+
+    Rig files in old bags lack those that have a default.
+    """
 
     sensitivity: RelativeLimit
     zero_g: VoltageLimit
+    supply_ratio: RelativeLimit = Tolerance(value=0.0, unit="1")  # of supply to the ADC's reference
     nonlinearity: AccelerationLimit
     cross_axis: RelativeLimit
     alignment: AngleLimit

@@ -110,6 +110,7 @@ class AccelerometerErrors:
         conversion: The conversion that the errors falsify.
         sensitivity: Relative error of each axis, shape (…, 3).
         zero_g: V, shape (…, 3).
+        supply: Relative error of the supply over the ADC's reference: all volts are shares of it.
         nonlinearity: Deviation of each axis at 1 g, growing with the square, m/s², shape (…, 3).
         coupling: What each axis sees of the others, shape (…, 3, 3), zero diagonal.
         rotation: Small rotation of the sensor about its axes, rad, shape (…, 3).
@@ -119,6 +120,7 @@ class AccelerometerErrors:
     conversion: AccelerometerConversion
     sensitivity: Array
     zero_g: Array
+    supply: float | Array
     nonlinearity: Array
     coupling: Array
     rotation: Array
@@ -130,7 +132,8 @@ class AccelerometerErrors:
         felt = (self._axes @ in_axes[..., np.newaxis])[..., 0]
         felt = felt + self.nonlinearity * np.square(felt / STANDARD_GRAVITY)
         sensitivity = self.conversion.sensitivity * (1.0 + self.sensitivity)
-        return self.conversion.zero_g + self.zero_g + sensitivity * felt
+        volts = self.conversion.zero_g + self.zero_g + sensitivity * felt
+        return volts * (1.0 + np.asarray(self.supply)[..., np.newaxis])
 
     @cached_property
     def _axes(self) -> Array:
@@ -243,6 +246,7 @@ def _accelerometer(
         conversion=accelerometer_conversion(rig),
         sensitivity=per_axis("sensitivity"),
         zero_g=per_axis("zero g", "zero g over temperature"),
+        supply=terms.get("accelerometer/supply ratio", 0.0),
         nonlinearity=per_axis("nonlinearity"),
         coupling=_stacked(columns),
         rotation=per_axis("alignment about"),

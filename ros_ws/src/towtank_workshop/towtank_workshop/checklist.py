@@ -152,7 +152,7 @@ def accelerometer_item(
     terms = [
         term
         for term in accelerometer_error_terms(rig)
-        if term.effect in ("rotation", "coupling") or term.name.endswith(axis)
+        if term.effect in ("rotation", "coupling", "supply") or term.name.endswith(axis)
     ]
     # Of a rotation each axis feels one angle for each of the other two, to the first order; what
     # the second adds is no more than the sum of the squares.
@@ -168,6 +168,7 @@ def accelerometer_item(
     )
     zero = float(conversion.zero_g[index])
     middle = zero + slope * float(felt[index])
+    slack += greatest(terms, "supply") * (abs(middle) + slack)
     name = getattr(rig.sensors.accelerometer.channels, axis)
     return _item(
         name,
