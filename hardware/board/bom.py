@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Prints the bill of materials of the netlist as CSV: bom.csv.
+"""Prints the bill of materials of netlist and connectors as CSV: bom.csv.
 
 The order number is the maker's; every distributor finds a part by it.
 """
@@ -15,22 +15,30 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parent))
 
 from netlist import Board, build
+from parts import OFF_BOARD, Kind
 
-HEADER = ("references", "quantity", "value", "maker", "order number", "description")
+HEADER = ("references", "quantity", "value", "maker", "order number", "description", "place")
 
 
 def bill(board: Board) -> str:
-    """One line a kind of part, in the order of its first reference."""
-    references: dict[str, list[str]] = {}
+    """One line a kind of part, in the order of its first reference; then what is off the board.
+
+    The references of the latter are the connectors that it goes to.
+    """
+    mounted: dict[Kind, list[str]] = {}
     for reference in sorted(board.parts, key=_order):
-        references.setdefault(board.kinds[reference].order_number, []).append(reference)
+        mounted.setdefault(board.kinds[reference], []).append(reference)
+    connected: dict[Kind, list[str]] = {}
+    for connector, kinds in OFF_BOARD.items():
+        for kind in kinds:
+            connected.setdefault(kind, []).append(connector)
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(HEADER)
-    for number, users in references.items():
-        kind = board.kinds[users[0]]
-        row = (" ".join(users), len(users), kind.name, kind.maker, number, kind.description)
-        writer.writerow(row)
+    for place, users in (("board", mounted), ("off the board", connected)):
+        for kind, references in users.items():
+            row = (" ".join(references), len(references), kind.name, kind.maker)
+            writer.writerow((*row, kind.order_number, kind.description, place))
     return out.getvalue()
 
 

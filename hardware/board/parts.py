@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinds of part on the board: pins, maker, order number.
+"""The kinds of part on the board and at its connectors: pins, maker, order number.
 
 Pin numbers and order numbers are from memory of the makers' documents: hold them against these
 before a layout or an order.
@@ -276,3 +276,39 @@ POWER_INLET = Kind(
     (("1", "1", "supply"), ("2", "2", "supply")),
 )
 TERMINALS = {4: _terminals(4, "1803293"), 6: _terminals(6, "1803316")}
+
+
+def _off_board(name: str, maker: str, order_number: str, description: str) -> Kind:
+    return Kind(name, maker, order_number, description, ())
+
+
+def _plug(name: str, order_number: str, poles: int) -> Kind:
+    return _off_board(
+        name, "Phoenix Contact", order_number, f"plug, screw terminals, {poles} poles"
+    )
+
+
+_PLUG_4 = _plug("MC 1,5/4-ST-3,81", "1803594", 4)
+_MPX2050 = _off_board(
+    "MPX2050", "NXP", "MPX2050GP", "pressure sensor, 0 to 50 kPa gauge, one port at the side of P1"
+)
+_LIS3L06AL = _off_board(
+    "LIS3L06AL", "STMicroelectronics", "LIS3L06AL", "accelerometer, three axes, analog, LGA-8"
+)
+_ENCODER = _off_board(
+    "E6B2-CWZ6C",
+    "Omron",
+    "E6B2-CWZ6C 1024P/R 2M",
+    "encoder, 1024 lines, 5 to 24 V, open collectors, cable of 2 m",
+)
+
+# What is plugged into each connector, and what is at the other end of the cable.
+OFF_BOARD: dict[str, tuple[Kind, ...]] = {
+    "J1": (_plug("MSTB 2,5/2-ST-5,08", "1757019", 2),),
+    "J2": (_PLUG_4, _MPX2050),
+    "J3": (_PLUG_4, _MPX2050),
+    "J4": (_plug("MC 1,5/6-ST-3,81", "1803617", 6), _LIS3L06AL),
+    "J5": (_PLUG_4, _ENCODER),
+    "J6": (_PLUG_4, _ENCODER),
+    "J7": (_PLUG_4,),
+}

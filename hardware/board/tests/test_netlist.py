@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import re
 import sys
 from pathlib import Path
 
 import pytest
+from towtank_rig import load_rig
 
 ROOT = Path(__file__).resolve().parents[3]
 HERE = ROOT / "hardware/board"
@@ -246,8 +249,33 @@ def test_saturated_amplifiers_harm_neither_adc_nor_its_supply(board):
 def test_bill_is_the_committed_one_and_counts_every_part(board):
     bill = bom.bill(board)
     assert bill == (HERE / "bom.csv").read_text(encoding="utf-8")
-    references = [r for line in bill.splitlines()[1:] for r in line.split(",")[0].split()]
-    assert sorted(references) == sorted(board.parts)
+    rows = list(csv.DictReader(io.StringIO(bill)))
+    mounted = [r for row in rows if row["place"] == "board" for r in row["references"].split()]
+    assert sorted(mounted) == sorted(board.parts)
+    for row in rows:
+        assert int(row["quantity"]) == len(row["references"].split()) and row["order number"]
+
+
+def test_bill_has_a_plug_for_every_header_and_what_is_wired_to_it(board):
+    rows = list(csv.DictReader(io.StringIO(bom.bill(board))))
+    off_board = [row for row in rows if row["place"] == "off the board"]
+    plugs = [row for row in off_board if row["description"].startswith("plug, ")]
+    headers = [row for row in rows if row["description"].startswith("header for plug-in")]
+    poles = {  # by connector: 4 of "..., 4 poles"
+        kind: {
+            r: row["description"].split()[-2] for row in table for r in row["references"].split()
+        }
+        for kind, table in (("header", headers), ("plug", plugs))
+    }
+    assert poles["plug"] == poles["header"] and len(poles["plug"]) == 7
+    ordered = {row["order number"]: row["quantity"] for row in off_board}
+    assert ordered["MPX2050GP"] == "2" and ordered["LIS3L06AL"] == "1"
+    # The rigs' encoders: 4096 counts, four a line
+    assert ordered["E6B2-CWZ6C 1024P/R 2M"] == "2"
+    for name in ("nit_calicut_2012", "wu_chwang_2001"):
+        sensors = load_rig(HERE.parents[1] / "hardware" / "rigs" / f"{name}.yaml").sensors
+        for encoder in (sensors.crank_encoder, sensors.carriage_encoder):
+            assert encoder.counts_per_revolution == 4 * 1024
 
 
 def test_order_numbers_name_one_kind_each():
