@@ -46,13 +46,14 @@ def readings():
     roll at the attitudes, shapes (trials, attitudes, 2).
 
     Each sensor has errors drawn from the data sheet's budget, which is that of the conversion too;
-    it is warmer or colder when it is used than when it was calibrated.
+    it is warmer or colder when it is used than when it was calibrated, and its supply another.
     """
     normalised = np.zeros((TRIALS, len(ATTITUDES), 2))
     inside = np.zeros(normalised.shape, dtype=bool)
     for seed in range(TRIALS):
         terms = sensor_errors.draw(BARE, seed).terms
-        on_the_day = {key: x for key, x in terms.items() if "over temperature" not in key}
+        changes = ("over temperature", "supply")
+        on_the_day = {k: x for k, x in terms.items() if not any(word in k for word in changes)}
         before, later = (
             sensor_errors.realise(BARE, t, BARE.board.excitation.value, 0.0).accelerometer
             for t in (on_the_day, terms)
@@ -76,6 +77,6 @@ def test_stated_uncertainties_are_those_of_the_errors(readings):
 
 
 def test_stated_intervals_cover_the_inclinations(readings):
-    """A coverage of 90 % misses 0.94 by two standard deviations of the count. It may lie above
-    95 %: lean and bend never leave their limits."""
-    assert np.all(np.mean(readings[1], axis=0) >= 0.94), np.mean(readings[1], axis=0)
+    """Of 200 at 95 % the share is good to 1.5 %, and three of these are given. It may lie above:
+    lean and bend never leave their limits (of 1000 it is 96 to 98 %)."""
+    assert np.all(np.mean(readings[1], axis=0) >= 0.905), np.mean(readings[1], axis=0)

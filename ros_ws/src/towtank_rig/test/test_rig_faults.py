@@ -279,19 +279,20 @@ def test_directory_and_binary_file(tmp_path):
 
 def test_errors_that_an_old_bag_does_not_know_count_as_none_and_are_told():
     """A bag holds the rig file of its day."""
-    later = ("offset_stability:", "temperature_hysteresis:", "supply_ratio:")
+    later = ("offset_stability:", "temperature_hysteresis:", "supply_ratio:", "zero_angle_error:")
     old = parse_rig(
         "\n".join(line for line in TEXT.splitlines() if not line.strip().startswith(later))
     )
     errors = old.sensors.fish_pressure.errors
     assert errors.offset_stability.value == errors.temperature_hysteresis.value == 0.0
     assert old.sensors.accelerometer.errors.supply_ratio.value == 0.0
+    assert old.sensors.crank_encoder.zero_angle_error.value == 0.0
     told = [line for line in warnings(old) if "counts as none" in line]
     assert [line.split(" is not given")[0] for line in told] == [
         f"sensors.{sensor}_pressure.errors: {name}"
         for sensor in ("fish", "depressor")
         for name in ("offset_stability", "temperature_hysteresis")
-    ] + ["sensors.accelerometer.errors: supply_ratio"]
+    ] + ["sensors.accelerometer.errors: supply_ratio", "sensors.crank_encoder: zero_angle_error"]
 
 
 def test_check_tells_every_fault_in_order(tmp_path):

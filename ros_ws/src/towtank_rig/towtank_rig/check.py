@@ -180,3 +180,8 @@ def _errors(rig: Rig) -> Iterator[str]:
                     f"sensors.{sensor}.errors: {name} is not given and counts as none; add it from "
                     "the data sheet"
                 )
+    if "zero_angle_error" not in rig.sensors.crank_encoder.model_fields_set:
+        yield (
+            "sensors.crank_encoder: zero_angle_error is not given and counts as none; add how well "
+            "the crank is set to its zero"
+        )

@@ -132,12 +132,12 @@ class CrankEncoder(Section):
     """Quadrature encoder on the crank; counts per revolution after ×4 decoding.
 
     ``zero_angle_error``: how far from the motion law's angle 0 the crank may stand when it is
-    zeroed.
+    zeroed. Rig files in old bags lack it.
     """
 
     counts_per_revolution: int = Field(ge=4)
     direction: Literal[1, -1]
-    zero_angle_error: AngleLimit
+    zero_angle_error: AngleLimit = Tolerance(value=0.0, unit="rad")
 
 
 class CarriageEncoder(Section):
