@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from towtank_daq.encoder import DriveWatch, Encoder, VelocityFilter
 from towtank_rig import load_rig
+from towtank_rig.conversion import crank_zero
 
 PERIOD_NS = 10_000_000
 STEP = 2 * math.pi / 4096
@@ -159,7 +160,25 @@ def test_drive_at_rest():
     rig = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
     watch = DriveWatch(rig)
     drives = [watch.update(10_000_000 * k, 7, -9) for k in range(100)]
-    assert all(drive == (0.0, 0.0, 0.0) for drive in drives[36:])
+    start = crank_zero(rig)
+    assert all(drive == (0.0, 0.0, 0.0, start, 0.0) for drive in drives[36:])
+
+
+def test_drive_tells_where_crank_and_carriage_are():
+    """The node of the encoders has its positions from here: a quarter of a turn, 512 counts of
+    0.5 m / 4096; zeroed, both begin anew."""
+    rig = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
+    watch = DriveWatch(rig)
+    watch.update(0, 7, -9)
+    drive = watch.update(PERIOD_NS, 7 + 1024, -9 + 512)
+    assert drive.crank_angle == pytest.approx(crank_zero(rig) + math.pi / 2)
+    assert drive.carriage_position == pytest.approx(0.0625)
+    watch.zero()
+    drive = watch.update(2 * PERIOD_NS, 2000, 3000)
+    assert (drive.crank_angle, drive.carriage_position) == (crank_zero(rig), 0.0)
+    assert not watch.lost
+    assert math.isnan(watch.update(3 * PERIOD_NS, 5, 5, 1).crank_angle)
+    assert watch.lost
 
 
 def test_drive_is_not_known_at_the_start_and_after_a_gap():
@@ -171,7 +190,7 @@ def test_drive_is_not_known_at_the_start_and_after_a_gap():
     drives = {k: watch.update(10_000_000 * k, 20 * k, math.floor(81.92 * k)) for k in scans}
     for start in (0, 300):
         for k in range(start, start + 100):
-            crank_rate, speed, acceleration = drives[k]
+            crank_rate, speed, acceleration = drives[k][:3]
             assert math.isnan(speed) == math.isnan(crank_rate) == (k < start + 10)
             assert math.isnan(acceleration) == (k <= start + 35)
             if k >= start + 10:

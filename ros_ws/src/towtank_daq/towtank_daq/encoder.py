@@ -22,7 +22,7 @@ from collections import deque
 from typing import NamedTuple
 
 from towtank_rig import Rig
-from towtank_rig.conversion import carriage_encoder, crank_encoder
+from towtank_rig.conversion import carriage_encoder, crank_encoder, crank_zero
 
 WINDOW_S = 0.2
 
@@ -59,27 +59,26 @@ class VelocityFilter:
         count = len(self._samples)
         if count < 3:
             return self._chord()
-        # Normal equations about the means: with u = t - mean(t), v = u^2 - mean(u^2), the fit
-        # p = a + b u + c v needs only a 2 x 2 system
+        # In windows of time from the youngest position on, where the slope is the linear term: sums
+        # of powers of time, and of those with the position, in one pass, for it runs at each scan
         last_ns, last = self._samples[-1]
-        times = [(stamp - last_ns) * 1e-9 for stamp, _ in self._samples]
-        mean_t = sum(times) / count
-        mean_p = sum(p - last for _, p in self._samples) / count
-        u = [t - mean_t for t in times]
-        mean_uu = sum(x * x for x in u) / count
-        suv = svv = sup = svp = 0.0
-        for x, (_, position) in zip(u, self._samples, strict=True):
-            v = x * x - mean_uu
-            p = position - last - mean_p
-            suv += x * v
-            svv += v * v
-            sup += x * p
-            svp += v * p
-        suu = count * mean_uu
-        det = suu * svv - suv * suv
-        b = (sup * svv - svp * suv) / det
-        c = (svp * suu - sup * suv) / det
-        return b + 2.0 * c * u[-1]
+        per_ns = 1.0 / self._window_ns
+        t1 = t2 = t3 = t4 = p0 = p1 = p2 = 0.0
+        for stamp, position in self._samples:
+            t = (stamp - last_ns) * per_ns
+            tt = t * t
+            p = position - last
+            t1 += t
+            t2 += tt
+            t3 += tt * t
+            t4 += tt * tt
+            p0 += p
+            p1 += t * p
+            p2 += tt * p
+        minor = t1 * t4 - t2 * t3
+        determinant = count * (t2 * t4 - t3 * t3) - t1 * minor + t2 * (t1 * t3 - t2 * t2)
+        slope = count * (p1 * t4 - p2 * t3) - p0 * minor + t2 * (t1 * p2 - t2 * p1)
+        return slope / determinant * per_ns * 1e9
 
     def _chord(self) -> float:
         (start_ns, start), (end_ns, end) = self._samples
@@ -130,11 +129,16 @@ class Encoder:
 
 
 class Drive(NamedTuple):
-    """How the drive moves the tow: rad/s, m/s, m/s^2; NaN while that is not known."""
+    """How the drive moves the tow: rad/s, m/s, m/s^2, and where it is: rad, m.
+
+    NaN where that is not known.
+    """
 
     crank_rate: float
     carriage_speed: float
     carriage_acceleration: float
+    crank_angle: float = math.nan
+    carriage_position: float = math.nan
 
 
 AT_REST = Drive(0.0, 0.0, 0.0)
@@ -143,23 +147,33 @@ AT_REST = Drive(0.0, 0.0, 0.0)
 class DriveWatch:
     """How crank and carriage move, from the counts that come with every scan.
 
-    For what acts on the other sensors while the tow is under way. At the start, after a gap and in
+    The encoders' node tells it, and it acts on the other sensors. At the start, after a gap and in
     a new epoch of the counts, the speeds are not known for half a velocity's window, the
     acceleration for a quarter of a second more: no speed from before a gap counts.
     """
 
-    def __init__(self, rig: Rig) -> None:
-        self._crank = Encoder(crank_encoder(rig).per_count)
-        self._carriage = Encoder(carriage_encoder(rig).per_count)
+    def __init__(self, rig: Rig, window_s: float = WINDOW_S) -> None:
+        self._crank = Encoder(crank_encoder(rig).per_count, window_s, crank_zero(rig))
+        self._carriage = Encoder(carriage_encoder(rig).per_count, window_s)
         self._speeds: deque[tuple[int, float]] = deque()
 
     def update(
         self, stamp_ns: int, crank_count: int, carriage_count: int, count_epoch: int = 0
     ) -> Drive:
         """The drive after one more scan; stamps must increase."""
-        _, crank_rate = self._crank.update(stamp_ns, crank_count, count_epoch)
-        _, speed = self._carriage.update(stamp_ns, carriage_count, count_epoch)
-        return Drive(crank_rate, speed, self._acceleration(stamp_ns, speed))
+        angle, crank_rate = self._crank.update(stamp_ns, crank_count, count_epoch)
+        position, speed = self._carriage.update(stamp_ns, carriage_count, count_epoch)
+        return Drive(crank_rate, speed, self._acceleration(stamp_ns, speed), angle, position)
+
+    def zero(self) -> None:
+        """Make the next counts the origins."""
+        self._crank.zero()
+        self._carriage.zero()
+
+    @property
+    def lost(self) -> bool:
+        """Whether the positions are not known any more."""
+        return self._crank.lost
 
     def _acceleration(self, stamp_ns: int, speed: float) -> float:
         speeds = self._speeds

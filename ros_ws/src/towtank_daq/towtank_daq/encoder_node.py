@@ -17,11 +17,10 @@ from towtank_interfaces.msg import AdcScan, CrankMotion
 from towtank_node.parameters import Parameter
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp, stamp_ns
-from towtank_rig.conversion import carriage_encoder, crank_encoder, crank_zero
 from towtank_rig.crank_uncertainty import CrankBudget
 from towtank_rig.motion import tow_point_motion
 
-from towtank_daq.encoder import WINDOW_S, Drive, Encoder
+from towtank_daq.encoder import WINDOW_S, Drive, DriveWatch
 from towtank_daq.scan_node import ScanNode
 
 _PARAMETERS = (
@@ -41,9 +40,8 @@ class EncoderNode(ScanNode):
 
     def __init__(self) -> None:
         super().__init__("encoder", "/measured", _PARAMETERS)
-        window_s = self.parameters.velocity_window_s
-        self._crank = Encoder(crank_encoder(self.rig).per_count, window_s, crank_zero(self.rig))
-        self._carriage = Encoder(carriage_encoder(self.rig).per_count, window_s)
+        self.watch = DriveWatch(self.rig, self.parameters.velocity_window_s)
+        """What makes each scan's `drive`, for this node and for those of the other sensors."""
         self._motion = tow_point_motion(self.rig.tow_point)
         self._lost = False
         self._joints = JointState()
@@ -60,20 +58,17 @@ class EncoderNode(ScanNode):
     def take(self, scan: AdcScan, drive: Drive) -> None:
         # The board latches the counts at the scan's tick: no delay to add
         sampled_ns = stamp_ns(scan.header.stamp)
-        epoch = scan.count_epoch
-        crank, crank_rate = self._crank.update(sampled_ns, scan.crank_count, epoch)
-        carriage, carriage_speed = self._carriage.update(sampled_ns, scan.carriage_count, epoch)
         set_stamp(self._joints.header.stamp, sampled_ns)
-        heave, heave_rate = self._motion.heave_of(crank, crank_rate)
-        self._joints.position = [crank, carriage, heave]
-        self._joints.velocity = [crank_rate, carriage_speed, heave_rate]
+        heave, heave_rate = self._motion.heave_of(drive.crank_angle, drive.crank_rate)
+        self._joints.position = [drive.crank_angle, drive.carriage_position, heave]
+        self._joints.velocity = [drive.crank_rate, drive.carriage_speed, heave_rate]
         self._publisher.publish(self._joints)
-        self._publish_crank_motion(sampled_ns, crank, heave)
+        self._publish_crank_motion(sampled_ns, drive.crank_angle, heave)
         self.ready()
         self._tell_reference()
 
     def _tell_reference(self) -> None:
-        lost = self._crank.lost
+        lost = self.watch.lost
         if lost == self._lost:
             return
         self._lost = lost
@@ -101,8 +96,7 @@ class EncoderNode(ScanNode):
         self._crank_motions.publish(message)
 
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._crank.zero()
-        self._carriage.zero()
+        self.watch.zero()
         self._crank_motion.zeroed = True
         response.success = True
         response.message = "crank and carriage are zero at the next scan"

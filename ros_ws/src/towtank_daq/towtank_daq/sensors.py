@@ -12,7 +12,6 @@ from towtank_node.stamps import stamp_ns
 from towtank_rig import RigError
 
 from towtank_daq.description import DescriptionError
-from towtank_daq.encoder import DriveWatch
 from towtank_daq.encoder_node import EncoderNode
 from towtank_daq.inclinometer_node import InclinometerNode
 from towtank_daq.pressure_node import PressureNode
@@ -27,10 +26,9 @@ def make_sensors() -> list[ScanNode]:
     """Make the sensors' nodes, which get their scans by one subscription."""
     encoder = EncoderNode()
     nodes = [PressureNode("fish"), PressureNode("depressor"), InclinometerNode(), encoder]
-    watch = DriveWatch(encoder.rig)
 
     def deliver(scan: AdcScan) -> None:
-        drive = watch.update(
+        drive = encoder.watch.update(
             stamp_ns(scan.header.stamp), scan.crank_count, scan.carriage_count, scan.count_epoch
         )
         for node in nodes:
