@@ -19,10 +19,12 @@ def test_a_result_without_a_ratio_says_why(capsys):
             "heave_ratio": {"measured": nothing, "twin": nothing},
             "reasons": {"measured": reason, "twin": reason},
             "scans": {"scheduled": 1601, "received": 1550, "lost": 51, "bad": 0},
+            "restarts": {"/measured/adc_board": 2},
             "sensor_health": {},
             "encoder": {"reference_lost_s": [1009.0]},
         }
     )
     said = capsys.readouterr().out
     assert f"no heave ratio for measured: {reason}\n" in said
+    assert "/measured/adc_board had ended and was started again, 2 time(s)" in said
     assert "the board was reset: from 7.00 s after the log's start on, the positions of" in said
