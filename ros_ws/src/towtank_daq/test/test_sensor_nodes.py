@@ -258,14 +258,15 @@ def test_inclinometer_node(bench):
 
 @pytest.mark.timeout(60)
 def test_encoder_node(bench):
-    """100 counts of 4096 a scan on the crank, 200 on the wheel of 0.5 m; counts start anywhere."""
+    """100 counts of 4096 a scan on the crank, 200 on the wheel of 0.5 m; counts start anywhere.
+    Of eleven scans in 0.1 s the first and the last state their uncertainty."""
     made = bench(ENCODER)
     joints = made.hear(JointState, "/measured/joint_states")
     motions = made.hear(CrankMotion, "/measured/crank_motion")
     made.connected()
     for k in range(SPEED_SCANS):
         scan = made.send([0] * 6, crank=2**40 + 100 * k, carriage=-7 + 200 * k)
-    made.spin_until(lambda: len(joints) == len(motions) == SPEED_SCANS)
+    made.spin_until(lambda: len(joints) == SPEED_SCANS and len(motions) == 2)
     last = joints[-1]
     assert all(math.isnan(rate) for early in joints[:-1] for rate in early.velocity)
     assert list(last.name) == ["crank", "carriage", "tow_point"]

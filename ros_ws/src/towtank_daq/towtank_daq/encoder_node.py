@@ -35,6 +35,11 @@ _PARAMETERS = (
 )
 
 
+_CRANK_MOTION_NS = 100_000_000
+"""Between two messages of the crank's uncertainty, which goes evenly with its angle: with every
+scan they would cost a tenth of the sensors' processor time."""
+
+
 class EncoderNode(ScanNode):
     """Positions count from the first scan, or from the last call of ~/zero."""
 
@@ -51,6 +56,7 @@ class EncoderNode(ScanNode):
         self._budget = CrankBudget(self.rig)
         self._crank_motion = CrankMotion()
         self._crank_motion.header.frame_id = "crank"
+        self._crank_motion_ns = 0  # when it was published last
         self._crank_motions = self.create_publisher(CrankMotion, "crank_motion", SENSOR_QOS)
         self._publisher = self.create_publisher(JointState, "joint_states", SENSOR_QOS)
         self.create_service(Trigger, "~/zero", self._on_zero)
@@ -63,7 +69,9 @@ class EncoderNode(ScanNode):
         self._joints.position = [drive.crank_angle, drive.carriage_position, heave]
         self._joints.velocity = [drive.crank_rate, drive.carriage_speed, heave_rate]
         self._publisher.publish(self._joints)
-        self._publish_crank_motion(sampled_ns, drive.crank_angle, heave)
+        if abs(sampled_ns - self._crank_motion_ns) >= _CRANK_MOTION_NS:
+            self._crank_motion_ns = sampled_ns
+            self._publish_crank_motion(sampled_ns, drive.crank_angle, heave)
         self.ready()
         self._tell_reference()
 
@@ -98,6 +106,7 @@ class EncoderNode(ScanNode):
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self.watch.zero()
         self._crank_motion.zeroed = True
+        self._crank_motion_ns = 0  # told with the next scan
         response.success = True
         response.message = "crank and carriage are zero at the next scan"
         return response
