@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import sim_core as sc
@@ -19,13 +19,13 @@ def random_state(model, height, seed, stretch):
     return _core._displaced(state, 2.0 * rng.normal(size=n), (0, 0, 1))
 
 
-def central_differences(state, rates):
+def central_differences(state, rates, h=1e-6):
     n = state.model.unknowns
     columns = []
     # h balances truncation h² and rounding 1e-16/h of the largest forces
-    for h in np.full(n, 1e-6):
+    for column in range(n):
         step = np.zeros(n)
-        step[len(columns)] = h
+        step[column] = h
         up = _core._residual(_core._displaced(state, step, rates))
         down = _core._residual(_core._displaced(state, -step, rates))
         columns.append((up - down) / (2 * h))
@@ -137,14 +137,17 @@ def soft_model(request):
     stretch=st.sampled_from([0.003, 0.03, 0.1]),
     rates=st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 300.0, 1e5)]),
 )
+@example(height=0.0, seed=467, stretch=0.03, rates=(1, 300.0, 1e5))
 def test_matches_differences_with_all_terms(soft_model, height, seed, stretch, rates):
     state = random_state(soft_model, height, seed, stretch)
     analytic = _core._jacobian(state, rates)
-    numeric = central_differences(state, rates)
+    # A state may lie within a step of where a fin stalls or a wall is met, with another slope
+    # behind it; a tenth of the step then does not reach there.
+    errors = [np.abs(analytic - central_differences(state, rates, h)) for h in (1e-6, 1e-7)]
     # Slopes of |u|u, the slack rounding and the waterline jump in their second derivative:
     # a difference quotient over such a point is off by h times that, about 1e-6 × 1e3.
     scale = max(rates[0] * 1e3, rates[1] * 10, rates[2] * 10)
-    assert np.abs(analytic - numeric).max() < 2e-6 * scale
+    assert np.minimum(*errors).max() < 2e-6 * scale
 
 
 #: A line, a point and a body with nothing but inertia and elasticity; lengths m.
