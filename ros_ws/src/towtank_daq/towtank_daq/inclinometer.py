@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import accelerometer_conversion, pitch, roll
-from towtank_rig.uncertainty import inclination_budget
+from towtank_rig.uncertainty import UNKNOWN, SampleUncertainty, inclination_budget
 
 from towtank_daq.description import BoardDescription
 from towtank_daq.encoder import AT_REST, Drive
@@ -21,21 +21,6 @@ from towtank_daq.sensor_health import FORCE_TOLERANCE
 _ANGLE_STEP = 0.1  # rad
 _CRANK_STEP = 0.2  # rad/s
 _ACCELERATION_STEP = 0.05  # m/s^2, 0.3 deg
-
-
-@dataclass(frozen=True, slots=True)
-class AngleUncertainty:
-    """Of one angle, rad: standard uncertainties (k = 1) by scatter (A) and by the rig's budget (B),
-    and the half-width of the 95 % interval."""
-
-    type_a: float
-    type_b: float
-    u95: float
-
-    @property
-    def combined(self) -> float:
-        """Standard uncertainty, type A and B."""
-        return math.hypot(self.type_a, self.type_b)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,20 +36,19 @@ class InclinometerReading:
     pitch: float
     roll: float
     """rad by REP-103: positive pitch is bow down."""
-    pitch_uncertainty: AngleUncertainty
-    roll_uncertainty: AngleUncertainty
+    pitch_uncertainty: SampleUncertainty
+    roll_uncertainty: SampleUncertainty
     force_covariance: tuple[float, ...]
     """Of the specific force, type A and B, (m/s^2)^2, row by row."""
     valid: bool
     """False without all three conversions or too far from 1 g to mean attitude."""
 
 
-_UNKNOWN = AngleUncertainty(math.nan, math.nan, math.nan)
 _MISSING = InclinometerReading(
-    (math.nan,) * 3, math.nan, math.nan, _UNKNOWN, _UNKNOWN, (math.nan,) * 9, False
+    (math.nan,) * 3, math.nan, math.nan, UNKNOWN, UNKNOWN, (math.nan,) * 9, False
 )
 
-_Stated = tuple[AngleUncertainty, AngleUncertainty, tuple[float, ...]]
+_Stated = tuple[SampleUncertainty, SampleUncertainty, tuple[float, ...]]
 
 
 class Inclinometer:
@@ -107,7 +91,7 @@ class Inclinometer:
             round(abs(drive.carriage_acceleration) / _ACCELERATION_STEP) if known else 0,
         )
         if not known:
-            stated = (_UNKNOWN, _UNKNOWN, stated[2])  # the force is what the sensor feels
+            stated = (UNKNOWN, UNKNOWN, stated[2])  # the force is what the sensor feels
         magnitude = math.sqrt(x * x + y * y + z * z)
         valid = abs(magnitude - self._gravity) <= FORCE_TOLERANCE * self._gravity and not any(
             adc.saturated(code) for adc, code in zip(self._adc, raw, strict=True)
@@ -129,7 +113,7 @@ class Inclinometer:
         roll_noise = noise / max(math.cos(pitch_rad), _ANGLE_STEP)
         covariance = budget.force_covariance + self._force_noise**2 * np.eye(3)
         return (
-            AngleUncertainty(noise, budget.pitch, budget.pitch_u95(noise)),
-            AngleUncertainty(roll_noise, budget.roll, budget.roll_u95(roll_noise)),
+            SampleUncertainty(noise, budget.pitch, budget.pitch_u95(noise)),
+            SampleUncertainty(roll_noise, budget.roll, budget.roll_u95(roll_noise)),
             tuple(covariance.ravel().tolist()),
         )

@@ -22,27 +22,10 @@ from towtank_rig.motion import tow_point_motion
 from towtank_rig.schema import Rig
 from towtank_rig.statement import Budget, Line
 from towtank_rig.tow import TowPoint
+from towtank_rig.uncertainty import UNKNOWN, SampleUncertainty
 
 # The ratio of the 95 % interval to the standard uncertainty takes a millisecond and changes slowly
 _ANGLE_STEPS = 64  # of a turn
-
-
-@dataclass(frozen=True, slots=True)
-class SampleUncertainty:
-    """Standard uncertainties (k = 1) by scatter (A) and by the rig's budget (B), and the half-width
-    of the 95 % interval; in the sample's unit."""
-
-    type_a: float
-    type_b: float
-    u95: float
-
-    @property
-    def combined(self) -> float:
-        """Standard uncertainty, type A and B."""
-        return math.hypot(self.type_a, self.type_b)
-
-
-_UNKNOWN = SampleUncertainty(math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -81,7 +64,7 @@ class CrankBudget:
     def at(self, angle: float) -> tuple[SampleUncertainty, SampleUncertainty]:
         """Return those of angle, rad, and heave, m, at a crank angle, rad; NaN at NaN."""
         if math.isnan(angle):
-            return _UNKNOWN, _UNKNOWN
+            return UNKNOWN, UNKNOWN
         effects = self._of_heave(angle)
         relative = self._interval(round(angle / (2.0 * math.pi) * _ANGLE_STEPS) % _ANGLE_STEPS)
         u95 = relative * math.hypot(*effects)

@@ -48,6 +48,25 @@ from towtank_rig.sensor_errors import realise
 COVERAGE = NORMAL_95
 
 
+@dataclass(frozen=True, slots=True)
+class SampleUncertainty:
+    """Standard uncertainties (k = 1) by scatter (A) and by the rig's budget (B), and the half-width
+    of the 95 % interval; in the sample's unit."""
+
+    type_a: float
+    type_b: float
+    u95: float
+
+    @property
+    def combined(self) -> float:
+        """Standard uncertainty, type A and B."""
+        return math.hypot(self.type_a, self.type_b)
+
+
+UNKNOWN = SampleUncertainty(math.nan, math.nan, math.nan)
+"""Of a sample that is not known, or whose circumstances are not."""
+
+
 @dataclass(frozen=True)
 class OperatingPoint:
     """Where a depth budget holds.
