@@ -105,6 +105,16 @@ class NoAnswer(BoardError):
     """Nothing comes from the board; that may change."""
 
 
+class Refused(BoardError):
+    """The board refuses a command; `status`: board.yaml's name for the reason."""
+
+    def __init__(self, command: str, status: str) -> None:
+        super().__init__(
+            f"the board refuses '{command}': {status.replace('_', ' ')}{_MENDS.get(status, '')}"
+        )
+        self.status = status
+
+
 @dataclass(frozen=True, slots=True)
 class Scan:
     """One scan in host terms."""
@@ -282,9 +292,9 @@ class AdcBoard:
             raise BoardError(str(error)) from error
         try:
             self._command("configure", **arguments)
-        except BoardError as error:
+        except Refused as error:
             # A crank that still comes to rest is no reason to wait with what is in force already
-            if "drive turns" not in str(error) or self.configuration() != configuration:
+            if error.status != "drive_turns" or self.configuration() != configuration:
                 raise
         self._configuration = configuration
         self._all_valid = configuration.valid_mask(self._board)
@@ -353,8 +363,8 @@ class AdcBoard:
                 speed=round(100 * speed_rpm),
                 counts_per_revolution=counts_per_revolution,
             )
-        except BoardError as error:
-            if "drive tripped" not in str(error):
+        except Refused as error:
+            if error.status != "drive_tripped":
                 raise
             self._wait(self._now_ns() + round(1e9 * _ANSWER_TIMEOUT_S), self._trip_is_known)
             trip = self.drive_state.trip if self.drive_state else "none"
@@ -463,11 +473,7 @@ class AdcBoard:
 
     def _accepted(self, response: Response) -> Answer:
         if not self._protocol.is_ok(response.status):
-            status = self._protocol.status_name(response.status)
-            raise BoardError(
-                f"the board refuses '{response.command}': {status.replace('_', ' ')}"
-                + _MENDS.get(status, "")
-            )
+            raise Refused(response.command, self._protocol.status_name(response.status))
         try:
             return self._protocol.answer(response)
         except ProtocolError as error:
