@@ -4,13 +4,18 @@
 #include "ad7124.h"
 #include "configuration.h"
 
+// The shortest conversion that a configuration may have: third order, smallest filter word, 5 % fast.
+_Static_assert((3ull * 32 * BOARD_ADC_FS_MINIMUM + BOARD_ADC_FILTER_DEAD_CYCLES) * BOARD_TICK_HZ * 20 /
+                       21 / BOARD_ADC_MASTER_CLOCK_HZ > SCAN_OTHER_WORK_TICKS,
+               "other work must fit between two conversions");
+
 void scan_configure(struct scan *scan, const struct configure_arguments *configuration)
 {
     scan->configuration = *configuration;
     scan->channels = configuration_channels(configuration);
     scan->period = configuration_period(configuration);
     scan->latest_conversion = configuration_longest_scan(configuration);
-    scan->spare_ticks = configuration_shortest_conversion(configuration) - SCAN_SPARE_TICKS;
+    scan->spare_ticks = configuration_shortest_conversion(configuration) - SCAN_OTHER_WORK_TICKS;
 }
 
 void scan_init(struct scan *scan, struct transmitter *transmitter,

@@ -16,8 +16,10 @@
 #include "hal.h"
 #include "transmit.h"
 
-// 0.5 ms
-#define SCAN_SPARE_TICKS (BOARD_TICK_HZ / 2000)
+// Other work that is begun between two conversions, 0.5 ms: a step of the drive, or a frame. Under many
+// encoder edges it takes a little longer, and the next conversion is then read so much later, long before
+// the one behind it.
+#define SCAN_OTHER_WORK_TICKS (BOARD_TICK_HZ / 2000)
 
 // What the interrupt hands to the main loop.
 struct scan_tick {
@@ -83,7 +85,7 @@ void scan_end(struct scan *scan);
 // next conversion is farthest away, and there is time for other work.
 bool scan_poll(struct scan *scan);
 
-// Whether SCAN_SPARE_TICKS of other work can be begun now without a conversion having to wait.
+// Whether SCAN_OTHER_WORK_TICKS of other work can be begun now, before the next conversion is due.
 bool scan_leaves_time(const struct scan *scan);
 
 // Asks for one housekeeping conversion behind one of the next scans.
