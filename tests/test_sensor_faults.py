@@ -27,7 +27,7 @@ CRANK_HZ = 0.5
 # at once, or when the block of a second or the turn of two seconds that follows is full.
 AT_ONCE, BLOCK, TURN = (0.1, 0.1), (2.1, 2.1), (4.1, 2.1)
 FAULTS = (
-    ("fish_pressure", "fish_pressure:open@2-3", Health.OPEN | Health.SATURATED, AT_ONCE),
+    ("fish_pressure", "fish_pressure:open@2-3", Health.OPEN, AT_ONCE),
     ("fish_pressure", "fish_pressure:short@5-7.5", Health.SHORT, BLOCK),
     ("fish_pressure", "fish_pressure:noisy@9.8-12.4", Health.NOISE, BLOCK),
     ("depressor_pressure", "depressor_pressure:stuck@2-8", Health.STUCK, TURN),

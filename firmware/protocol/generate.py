@@ -99,6 +99,11 @@ def check_consistency(board: dict[str, Any]) -> None:
         check(slot["setup"] in board["adc"]["setups"], f"{where}: no setup {slot['setup']!r}")
         for side in ("positive", "negative"):
             check(slot[side] in INPUTS, f"{where}: no ADC input {slot[side]!r}")
+            buffered = board["adc"]["setups"][slot["setup"]][f"buffer_{side}"]
+            check(
+                not (slot[side] == "AVSS" and buffered),
+                f"{where}: its {side} input is AVSS, below the range of its buffer",
+            )
     # Each channel has a setup of its own, because it has a gain of its own; housekeeping has one.
     check(len(channels) + 1 <= MAXIMUM_SETUPS, "channels: the ADC has eight setups")
     setups = {source["setup"] for source in board["housekeeping"]}
@@ -108,6 +113,11 @@ def check_consistency(board: dict[str, Any]) -> None:
             setup["reference"] in REFERENCES, f"setup {name}: no reference {setup['reference']!r}"
         )
         check(setup["pga"] in PGA_GAINS, f"setup {name}: no gain {setup['pga']!r}")
+        grounded = setup["reference"] == "refin1" and board["adc"]["refin1_negative"] == "AVSS"
+        check(
+            not (grounded and setup["reference_buffer_negative"]),
+            f"setup {name}: REFIN1− is AVSS, below the range of its buffer",
+        )
     adc_filter = board["adc"]["filter"]
     check(adc_filter["type"] in adc_filter["types"], "adc.filter.type: is none of adc.filter.types")
 
@@ -198,10 +208,13 @@ def drive_lines(drive: dict[str, Any], tick_hz: int) -> Iterator[str]:
 
 
 def config_register(setup: dict[str, Any]) -> int:
-    """AD7124 CONFIG_n: bipolar 11, REF_BUFP/M 8:7, AIN_BUFP 6, AIN_BUFM 5, REF_SEL 4:3, PGA 2:0."""
+    """AD7124 CONFIG_n: bipolar 11, REF_BUFP and REF_BUFM 8 and 7, AIN_BUFP and AIN_BUFM 6 and 5,
+    REF_SEL 4:3, PGA 2:0.
+    """
     return (
         setup["bipolar"] << 11
-        | (0b11 if setup["reference_buffers"] else 0) << 7
+        | setup["reference_buffer_positive"] << 8
+        | setup["reference_buffer_negative"] << 7
         | setup["buffer_positive"] << 6
         | setup["buffer_negative"] << 5
         | REFERENCES[setup["reference"]] << 3
@@ -261,6 +274,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     yield define("BOARD_ADC_MASTER_CLOCK_HZ", u32(adc["master_clock_hz"]))
     yield define("BOARD_ADC_SPI_CLOCK_HZ", u32(adc["spi"]["clock_hz"]))
     yield define("BOARD_ADC_INTERNAL_REFERENCE_VOLTS", adc["internal_reference_volts"])
+    yield define("BOARD_ADC_BUFFER_HEADROOM_VOLTS", adc["buffer_headroom_volts"])
     yield define("BOARD_ADC_REFIN1_PER_EXCITATION", adc["refin1_per_excitation"])
     for name, kind in adc["filter"]["types"].items():
         yield define(f"BOARD_ADC_FILTER_{name.upper()}", f"{kind['code']}u")

@@ -49,6 +49,14 @@ def unknown_input(board: Board) -> None:
     board["housekeeping"][0]["positive"] = "AIN16"
 
 
+def buffer_on_ground(board: Board) -> None:
+    board["adc"]["setups"]["single_ended"]["buffer_negative"] = True
+
+
+def reference_buffer_on_ground(board: Board) -> None:
+    board["adc"]["setups"]["bridge"]["reference_buffer_negative"] = True
+
+
 def unknown_field_type(board: Board) -> None:
     board["stream"]["data"]["fields"][0][1] = "u12"
 
@@ -92,6 +100,8 @@ class Generation(unittest.TestCase):
             (doubled_channel, "channels"),
             (unknown_setup, "accel_x"),
             (unknown_input, "adc_temperature"),
+            (buffer_on_ground, "accel_x: its negative input is AVSS"),
+            (reference_buffer_on_ground, "setup bridge: REFIN1− is AVSS"),
             (unknown_field_type, "schema"),
             (doubled_pin, "pins"),
             (payload_too_long, "data_frame"),
@@ -115,7 +125,8 @@ class Generation(unittest.TestCase):
 
     def test_register_words_of_the_data_sheet(self) -> None:
         setups = self.board["adc"]["setups"]
-        self.assertEqual(config_register(setups["bridge"]), 0x09E0)
+        self.assertEqual(config_register(setups["bridge"]), 0x0960)
+        self.assertEqual(config_register(setups["supply_on_refin1"]), 0x0900)
         self.assertEqual(channel_register(self.board["channels"][5], 1), 0x90F1)
 
     def test_header_carries_the_hash(self) -> None:

@@ -140,7 +140,7 @@ static void a_configuration_is_in_force_and_stored_as_a_whole(void **state)
     assert_int_equal(whole->adc.registers[0x09], 0x8000 | 0 << 12 | 5 << 5 | 17);
     assert_int_equal(whole->adc.registers[0x21], 0x060009);
     assert_int_equal(whole->adc.registers[0x0A], 0x8000 | 1 << 12 | 2 << 5 | 3);
-    assert_int_equal(whole->adc.registers[0x1A], 0x09E5);
+    assert_int_equal(whole->adc.registers[0x1A], 0x0965);
 }
 
 static void the_same_configuration_again_does_not_wear_the_eeprom(void **state)

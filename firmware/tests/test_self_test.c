@@ -28,7 +28,7 @@ static void it_converts_the_test_inputs_of_the_data_sheet(void **state)
     assert_int_equal(registers[0x0F], 0x8000 | 6 << 12 | 6 << 5 | 17);
     assert_int_equal(registers[0x1A], 0x0875); // bipolar, buffers, internal reference, gain 32
     assert_int_equal(registers[0x1B], 0x0810); // bipolar on the internal reference …
-    assert_int_equal(registers[0x1C], 0x0980); // … and on REFIN1
+    assert_int_equal(registers[0x1C], 0x0900); // … and on REFIN1
     assert_int_equal(whole->adc.writes_refused, 0);
     assert_int_equal(whole->adc.writes_while_running, 0);
 }

@@ -24,6 +24,11 @@ enum {
 
     CHANNEL_ENABLE = 1 << 15,
     CONFIG_BIPOLAR = 1 << 11,
+    CONFIG_REF_BUFP = 1 << 8,
+    CONFIG_REF_BUFM = 1 << 7,
+    CONFIG_AIN_BUFP = 1 << 6,
+    CONFIG_AIN_BUFM = 1 << 5,
+    CONFIG_PGA = 7,
     FILTER_SINGLE_CYCLE = 1 << 16,
 
     COMMAND_READ = 1 << 6,
@@ -55,6 +60,14 @@ static const double DIE_CELSIUS = 25.0;
 static const double RESET_NS = 4e6;
 static const double SYNC_PULSE_CYCLES = 4.0;     // of the master clock: a shorter pulse may not be seen
 static const double STANDBY_WAKE_NS = 0.25e6;    // a single conversion starts this much later
+
+// How far a pin without buffer may lie beyond AVSS and AVDD, and the least external reference: data sheet,
+// "Specifications", from memory, as is the headroom of a buffer in board.yaml. That the inputs are rail to rail
+// with a gain stands on its first page.
+static const double PIN_BEYOND_VOLTS = 0.05;
+static const double LEAST_REFERENCE_VOLTS = 1.0;
+// The gain's error for a reference of nothing, less for more: the data sheet promises nothing, this is an example.
+static const double LOW_REFERENCE_GAIN_ERROR = 0.1;
 
 static unsigned register_bytes(unsigned address)
 {
@@ -192,10 +205,24 @@ uint32_t ad7124_ideal_code(double ratio, bool bipolar)
     return code < 0xFFFFFF ? (uint32_t)lround(code) : 0xFFFFFF;
 }
 
-static double input_volts(ad7124 *adc, unsigned positive, unsigned negative, double time_ns)
+// What a pin can be for the converter: at most what is guaranteed. A buffer is taken to stop at its limit.
+static double seen(double volts, bool buffered, bool *in_range)
 {
-    if (positive <= INPUT_LAST_PIN)
-        return adc->inputs.difference_volts(adc->inputs.context, positive, negative, time_ns);
+    double beyond = buffered ? -BOARD_ADC_BUFFER_HEADROOM_VOLTS : PIN_BEYOND_VOLTS;
+    double nearest = fmin(fmax(volts, -beyond), SUPPLY_VOLTS + beyond);
+    *in_range = *in_range && nearest == volts;
+    return nearest;
+}
+
+static double input_volts(ad7124 *adc, unsigned positive, unsigned negative, uint32_t config, double time_ns,
+                          bool *in_range)
+{
+    if (positive <= INPUT_LAST_PIN) {
+        ad7124_pair pins = adc->inputs.pin_volts(adc->inputs.context, positive, negative, time_ns);
+        bool rail_to_rail = config & CONFIG_PGA;
+        return seen(pins.positive, config & CONFIG_AIN_BUFP && !rail_to_rail, in_range) -
+               seen(pins.negative, config & CONFIG_AIN_BUFM && !rail_to_rail, in_range);
+    }
     switch (positive) {
     case INPUT_INTERNAL_REFERENCE:
         return BOARD_ADC_INTERNAL_REFERENCE_VOLTS;
@@ -208,17 +235,25 @@ static double input_volts(ad7124 *adc, unsigned positive, unsigned negative, dou
     return 0.0;
 }
 
-static double reference_volts(ad7124 *adc, unsigned select, double time_ns)
+static double reference_volts(ad7124 *adc, uint32_t config, double time_ns, bool *in_range)
 {
-    switch (select) {
+    ad7124_pair pins = {0.0, 0.0};  // REFIN2 is not connected on this board
+    switch (config >> 3 & 3) {
     case 0:
-        return adc->inputs.refin1_volts(adc->inputs.context, time_ns);
+        pins = adc->inputs.refin1_volts(adc->inputs.context, time_ns);
+        break;
     case 2:
         return adc->registers[AD7124_ADC_CONTROL] & CONTROL_REF_EN ? BOARD_ADC_INTERNAL_REFERENCE_VOLTS : 0.0;
     case 3:
-        return SUPPLY_VOLTS;
+        pins.positive = SUPPLY_VOLTS;
+        break;
     }
-    return 0.0;  // REFIN2 is not connected on this board
+    double volts = seen(pins.positive, config & CONFIG_REF_BUFP, in_range) -
+                   seen(pins.negative, config & CONFIG_REF_BUFM, in_range);
+    if (volts >= LEAST_REFERENCE_VOLTS)
+        return volts;
+    *in_range = false;
+    return volts * (1.0 - LOW_REFERENCE_GAIN_ERROR * (LEAST_REFERENCE_VOLTS - volts) / LEAST_REFERENCE_VOLTS);
 }
 
 static uint32_t convert(ad7124 *adc, unsigned channel, double time_ns)
@@ -231,9 +266,12 @@ static uint32_t convert(ad7124 *adc, unsigned channel, double time_ns)
 
     if (positive == INPUT_TEMPERATURE)
         return (uint32_t)lround((DIE_CELSIUS + 272.5) * 13584.0 + 0x800000);
-    double volts = input_volts(adc, positive, negative, time_ns);
-    double reference = reference_volts(adc, config >> 3 & 3, time_ns);
-    double ratio = volts * (1u << (config & 7)) / reference;
+    bool in_range = true;
+    double volts = input_volts(adc, positive, negative, config, time_ns, &in_range);
+    double reference = reference_volts(adc, config, time_ns, &in_range);
+    if (!in_range)
+        adc->conversions_out_of_range++;
+    double ratio = volts * (1u << (config & CONFIG_PGA)) / reference;
     // OFFSET and GAIN: neutral at their factory values; an OFFSET step weighs 1/0.75 of a bipolar code.
     double offset = ((double)adc->registers[AD7124_OFFSET_0 + setup] - OFFSET_NEUTRAL) / 0.75 / 0x1p23;
     double gain = (double)adc->registers[AD7124_GAIN_0 + setup] / GAIN_FACTORY;
@@ -307,11 +345,13 @@ static void reset_registers(ad7124 *adc, double now_ns)
 
 void ad7124_power_on(ad7124 *adc, const ad7124_inputs *inputs, double clock_ppm, double now_ns)
 {
-    uint64_t conversions = adc->conversions, short_pulses = adc->short_sync_pulses;
+    uint64_t conversions = adc->conversions, out_of_range = adc->conversions_out_of_range;
+    uint64_t short_pulses = adc->short_sync_pulses;
     *adc = (ad7124){
         .inputs = *inputs,
         .clock_scale = 1.0 + clock_ppm * 1e-6,
         .conversions = conversions,
+        .conversions_out_of_range = out_of_range,
         .short_sync_pulses = short_pulses,
     };
     reset_registers(adc, now_ns);

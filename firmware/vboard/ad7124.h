@@ -25,11 +25,16 @@ enum {
     AD7124_REGISTER_COUNT = 0x39,
 };
 
+// A pair of pins, in volts against AVSS.
+typedef struct ad7124_pair {
+    double positive, negative;
+} ad7124_pair;
+
 // What is connected to the analog pins; volts at an instant that may lie a conversion in the past.
 typedef struct ad7124_inputs {
     void *context;
-    double (*difference_volts)(void *context, unsigned positive, unsigned negative, double time_ns);
-    double (*refin1_volts)(void *context, double time_ns);
+    ad7124_pair (*pin_volts)(void *context, unsigned positive, unsigned negative, double time_ns);
+    ad7124_pair (*refin1_volts)(void *context, double time_ns);
 } ad7124_inputs;
 
 typedef struct ad7124 {
@@ -56,6 +61,7 @@ typedef struct ad7124 {
     double done_ns;
     bool ready;  // a result waits to be read
     uint64_t conversions;
+    uint64_t conversions_out_of_range;  // a pin or the reference was beyond what the data sheet guarantees
     uint64_t short_sync_pulses;
 } ad7124;
 

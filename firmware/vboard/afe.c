@@ -94,19 +94,20 @@ static double pin_volts(const afe *front_end, unsigned pin)
     return front_end->offset_of_pin[pin] + signal;
 }
 
-double afe_difference_volts(afe *front_end, unsigned positive, unsigned negative, double time_ns)
+ad7124_pair afe_pin_volts(afe *front_end, unsigned positive, unsigned negative, double time_ns)
 {
     if (!afe_advance(front_end, time_ns))
         front_end->starved++;
-    double volts = pin_volts(front_end, positive) - pin_volts(front_end, negative);
+    ad7124_pair volts = {pin_volts(front_end, positive), pin_volts(front_end, negative)};
     int channel = positive < AFE_PIN_COUNT ? front_end->channel_of_pin[positive] : -1;
     if (channel >= 0)
-        volts += front_end->noise_volts[channel] * random_normal(&front_end->noise_source);
+        volts.positive += front_end->noise_volts[channel] * random_normal(&front_end->noise_source);
     return volts;
 }
 
-double afe_refin1_volts(afe *front_end, double time_ns)
+ad7124_pair afe_refin1_volts(afe *front_end, double time_ns)
 {
     afe_advance(front_end, time_ns);
-    return BOARD_ADC_REFIN1_PER_EXCITATION * front_end->filtered[BOARD_CHANNEL_EXCITATION];
+    double volts = BOARD_ADC_REFIN1_PER_EXCITATION * front_end->filtered[BOARD_CHANNEL_EXCITATION];
+    return (ad7124_pair){volts, 0.0};
 }

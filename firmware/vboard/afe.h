@@ -6,6 +6,7 @@
 #ifndef VBOARD_AFE_H
 #define VBOARD_AFE_H
 
+#include "ad7124.h"
 #include "bench_input.h"
 #include "random.h"
 
@@ -38,9 +39,9 @@ void afe_self_test(afe *front_end, bool on);
 // is known, not held.
 bool afe_advance(afe *front_end, double time_ns);
 
-// The ADC's view at an instant: volts between two of its pins, 17 = AVSS, with the
-// noise of one conversion; and volts of the reference REFIN1.
-double afe_difference_volts(afe *front_end, unsigned positive, unsigned negative, double time_ns);
-double afe_refin1_volts(afe *front_end, double time_ns);
+// The ADC's view at an instant, in volts against AVSS: two of its pins, 17 = AVSS, with the noise of one
+// conversion on the positive one; and the reference REFIN1, whose negative pin is AVSS.
+ad7124_pair afe_pin_volts(afe *front_end, unsigned positive, unsigned negative, double time_ns);
+ad7124_pair afe_refin1_volts(afe *front_end, double time_ns);
 
 #endif

@@ -228,19 +228,19 @@ static void sync_changed(struct avr_irq_t *irq, uint32_t value, void *param)
     schedule_conversion(board);
 }
 
-static double adc_difference_volts(void *context, unsigned positive, unsigned negative, double time_ns)
+static ad7124_pair adc_pin_volts(void *context, unsigned positive, unsigned negative, double time_ns)
 {
-    return afe_difference_volts(context, positive, negative, time_ns);
+    return afe_pin_volts(context, positive, negative, time_ns);
 }
 
-static double adc_refin1_volts(void *context, double time_ns)
+static ad7124_pair adc_refin1_volts(void *context, double time_ns)
 {
     return afe_refin1_volts(context, time_ns);
 }
 
 static void power_adc(vb_board *board)
 {
-    ad7124_inputs inputs = {&board->afe, adc_difference_volts, adc_refin1_volts};
+    ad7124_inputs inputs = {&board->afe, adc_pin_volts, adc_refin1_volts};
     ad7124_power_on(&board->adc, &inputs, board->options.adc_clock_ppm, now(board));
 }
 
@@ -546,6 +546,7 @@ void vb_get_counters(const vb_board *board, vb_counters *counters)
         .bench_frames_late = board->frames_late,
         .conversions = board->adc.conversions,
         .conversions_starved = board->afe.starved,
+        .conversions_out_of_range = board->adc.conversions_out_of_range,
         .bytes_from_host = board->serial.bytes_from_host,
         .bytes_to_host = board->serial.bytes_to_host,
         .resets = board->mcu.resets - 1,

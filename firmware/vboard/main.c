@@ -229,14 +229,15 @@ static void print_statistics(const real_time *self)
     vb_get_counters(self->board, &c);
     fprintf(stderr,
             "{\"bench_frames\": %" PRIu64 ", \"bench_frames_malformed\": %" PRIu64 ", \"bench_frames_late\": %" PRIu64
-            ", \"conversions\": %" PRIu64 ", \"conversions_starved\": %" PRIu64 ", \"bytes_from_host\": %" PRIu64
+            ", \"conversions\": %" PRIu64 ", \"conversions_starved\": %" PRIu64
+            ", \"conversions_out_of_range\": %" PRIu64 ", \"bytes_from_host\": %" PRIu64
             ", \"bytes_to_host\": %" PRIu64 ", \"bytes_unread\": %" PRIu64 ", \"late_quanta\": %" PRIu64
             ", \"largest_lateness_ms\": %.3f, \"resets\": %" PRIu64 ", \"crank_counts\": %" PRId64
             ", \"carriage_counts\": %" PRId64 ", \"spi_misuse\": %" PRIu64 ", \"spi_errors_injected\": %" PRIu64
             ", \"serial_bits_flipped\": %" PRIu64 ", \"serial_bytes_dropped\": %" PRIu64
             ", \"serial_bytes_doubled\": %" PRIu64 "}\n",
             c.bench_frames, c.bench_frames_malformed, c.bench_frames_late, c.conversions, c.conversions_starved,
-            c.bytes_from_host, c.bytes_to_host, self->bytes_unread, self->late_quanta,
+            c.conversions_out_of_range, c.bytes_from_host, c.bytes_to_host, self->bytes_unread, self->late_quanta,
             (double)self->largest_lateness_ns * 1e-6, c.resets, c.crank_counts, c.carriage_counts, c.spi_misuse,
             c.spi_errors_injected, c.serial_bits_flipped, c.serial_bytes_dropped, c.serial_bytes_doubled);
 }

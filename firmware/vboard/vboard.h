@@ -75,6 +75,7 @@ typedef struct vb_counters {
     uint64_t bench_frames_late;       // for an instant that the board or an earlier frame has passed
     uint64_t conversions;             // of the ADC, all channels
     uint64_t conversions_starved;     // of bench inputs, outside the frames received until then
+    uint64_t conversions_out_of_range;  // with a pin or the reference beyond the ADC's guaranteed limits
     uint64_t bytes_from_host;
     uint64_t bytes_to_host;
     uint64_t resets;                  // after the first power-on

@@ -135,6 +135,7 @@ class _Counters(_Structure):
         ("bench_frames_late", ctypes.c_uint64),
         ("conversions", ctypes.c_uint64),
         ("conversions_starved", ctypes.c_uint64),
+        ("conversions_out_of_range", ctypes.c_uint64),
         ("bytes_from_host", ctypes.c_uint64),
         ("bytes_to_host", ctypes.c_uint64),
         ("resets", ctypes.c_uint64),

@@ -49,7 +49,7 @@ def settle(probe, volts) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_codes_follow_the_closed_form(open_probe, seed):
     random = np.random.default_rng(seed)
-    bridge = random.uniform(-0.05, 0.05)
+    bridge = random.uniform(-0.03, 0.05)  # the pins stay within their limits
     accelerometer = random.uniform(0.0, 2.49)
     excitation = random.uniform(9.0, 12.0)
     probe = open_probe()
@@ -70,10 +70,70 @@ def test_codes_follow_the_closed_form(open_probe, seed):
 
 def test_codes_clip_at_both_ends(open_probe):
     probe = open_probe()
-    settle(probe, (-1.0, 0.0, 3.0, 1.65, 2.31, 10.0))
-    probe.set_up_scan(BRIDGE, ACCELEROMETER)
+    settle(probe, (0.0, 0.0, 3.0, -0.04, 2.31, 10.0))
+    probe.set_up_scan((5, AVSS, INTERNAL_REFERENCE), ACCELEROMETER)
     _, (low, high) = probe.convert(2)
     assert (low.code, high.code) == (0, 0xFFFFFF)
+    assert probe.board.counters()["conversions_out_of_range"] == 0
+
+
+AIN_BUFFERS = 0b11 << 5
+REF_BUFP, REF_BUFM = 1 << 8, 1 << 7
+
+
+def out_of_range(probe, volts, config, excitation=10.0, pins=(4, AVSS)):
+    """The code of one conversion of accel_x or other pins, and whether it was out of range."""
+    settle(probe, (0.0, 0.0, volts, 1.65, 2.31, excitation))
+    probe.set_up_scan((*pins, config))
+    before = probe.board.counters()["conversions_out_of_range"]
+    _, (conversion,) = probe.convert(1)
+    return conversion.code, probe.board.counters()["conversions_out_of_range"] > before
+
+
+@pytest.mark.parametrize(
+    ("volts", "config", "seen", "out"),
+    [
+        (0.02, INTERNAL_REFERENCE, 0.02, False),
+        (0.02, INTERNAL_REFERENCE | 1 << 6, 0.1, True),  # below a buffer's range
+        (0.02, INTERNAL_REFERENCE | 1 << 6 | 1, 0.02, False),  # with a gain: rail to rail
+        (1.65, INTERNAL_REFERENCE | AIN_BUFFERS, 1.55, True),  # the other side is AVSS
+        (-0.3, INTERNAL_REFERENCE | BIPOLAR, -0.05, True),
+        (3.28, BIPOLAR | 3 << 3, 3.28, False),  # against AVDD
+        (3.28, BIPOLAR | 3 << 3 | 1 << 6, 3.2, True),
+    ],
+)
+def test_inputs_beyond_their_limits_are_not_seen(open_probe, volts, config, seen, out):
+    code, was_out = out_of_range(open_probe(), volts, config)
+    reference = 3.3 if config >> 3 & 3 == 3 else 2.5
+    ratio = seen * (1 << (config & 7)) / reference
+    expected = bipolar_code(ratio) if config & BIPOLAR else unipolar_code(ratio)
+    assert abs(code - expected) <= 0.51
+    assert was_out == out
+
+
+@pytest.mark.parametrize(
+    ("buffers", "excitation", "reference", "out"),
+    [
+        (REF_BUFP, 10.0, 2.5, False),
+        (REF_BUFP | REF_BUFM, 10.0, 2.4, True),  # REFIN1− is AVSS, a buffer stops 0.1 V above
+        (0, 13.0, 3.25, False),
+        (REF_BUFP, 13.0, 3.2, True),
+        (REF_BUFP, 4.0, 1.0, False),
+    ],
+)
+def test_references_beyond_their_limits_are_not_seen(
+    open_probe, buffers, excitation, reference, out
+):
+    code, was_out = out_of_range(open_probe(), 0.5, BIPOLAR | buffers, excitation)
+    assert abs(code - bipolar_code(0.5 / reference)) <= 0.51
+    assert was_out == out
+
+
+def test_a_reference_below_the_least_is_no_reference(open_probe):
+    """Half of it: as much beside the truth as half of the model's example for none at all."""
+    code, was_out = out_of_range(open_probe(), 0.1, BIPOLAR | REF_BUFP, excitation=2.0)
+    assert was_out
+    assert abs(code - bipolar_code(0.1 / (0.5 * 0.95))) <= 0.51
 
 
 def test_internal_reference_must_be_switched_on(open_probe):
@@ -180,7 +240,7 @@ def test_pole_is_exact_between_sparse_frames(open_probe):
     random = np.random.default_rng(7)
     start = probe.board.now_ns + MILLISECOND
     times = start + 10 * MILLISECOND * np.arange(60)  # 10 ms apart, 2.5 time constants
-    bridge = random.uniform(-0.05, 0.05, times.size)
+    bridge = random.uniform(-0.03, 0.05, times.size)
     for time, volts in zip(times, bridge, strict=True):
         probe.push(int(time), (volts, 0.0, 1.65, 1.65, 2.31, 10.0), crank=0.002)
     probe.set_up_scan(BRIDGE, EXCITATION)
@@ -195,8 +255,8 @@ def test_pole_is_exact_between_sparse_frames(open_probe):
         fine = np.linspace(grid[0], middle_s, 20_001)
         y = lsim(([1.0], [tau, 1.0]), np.interp(fine, grid, u), fine, X0=[u[0] * tau])[1]
         measured = (conversions[0].code / 2**23 - 1) * 2.5 / GAIN_BRIDGE
-        # The output moves by at most 0.1 V/τ = 26 V/s: 10 µs of doubt about the instant are
-        # 0.26 mV; the grid of 0.03 ms adds a tenth of that.
+        # The output moves by at most 0.08 V/τ = 20 V/s: 10 µs of doubt about the instant are
+        # 0.2 mV; the grid of 0.03 ms adds a tenth of that.
         assert measured == pytest.approx(y[-1], abs=0.3e-3)
 
 

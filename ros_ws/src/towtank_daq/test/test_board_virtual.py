@@ -147,6 +147,7 @@ def test_every_scan_is_there_and_good(ten_seconds):
     counted = ten_seconds.driver.statistics
     assert (counted.scans_lost, counted.scans_bad, counted.restarts) == (0, 0, 0)
     assert (counted.frames.bad, counted.unknown_frames, counted.sync_failures) == (0, 0, 0)
+    assert ten_seconds.board.counters()["conversions_out_of_range"] == 0
 
 
 def test_scans_lie_evenly_in_board_time(ten_seconds):

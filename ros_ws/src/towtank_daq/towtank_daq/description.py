@@ -57,6 +57,7 @@ class _Setup(BaseModel):
 class _Adc(BaseModel):
     master_clock_hz: int = Field(gt=0)
     internal_reference_volts: float = Field(gt=0)
+    buffer_headroom_volts: float = Field(ge=0)
     refin1_per_excitation: float = Field(gt=0)
     filter: _Filter
     setups: dict[str, _Setup]

@@ -313,7 +313,7 @@ def accelerometer_limits(rig: Rig, board: BoardDescription, axis: str) -> Limits
     return _in_codes(
         board.adc_channel(name, rig.board.excitation.value),
         (zero - reach, zero + reach),
-        0.0,
+        board.adc.buffer_headroom_volts,  # the ADC's buffer need not follow down to ground
         given.errors.noise,
         board.terminal_noise(name, rig.board.excitation.value),
         slope * gravity * _passed(rig),
