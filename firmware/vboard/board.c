@@ -10,6 +10,7 @@
 #include "afe.h"
 #include "bench_input.h"
 #include "board_clock.h"
+#include "bootloader.h"
 #include "crank_motor.h"
 #include "encoder.h"
 #include "mcu.h"
@@ -30,6 +31,7 @@ struct vb_board {
     vb_faults faults;
     board_clock clock;
     mcu mcu;
+    bootloader bootloader;
     serial_line serial;
     spi_master spi;
     ad7124 adc;
@@ -255,6 +257,44 @@ static void self_test_changed(struct avr_irq_t *irq, uint32_t value, void *param
 
 // ----------------------------------------------------------------------------------- reset
 
+static avr_cycle_count_t bootloader_due(avr_t *avr, avr_cycle_count_t when, void *param);
+
+static void schedule_bootloader(vb_board *board)
+{
+    call_at(board, board->bootloader.ends_ns, bootloader_due, board);
+}
+
+static avr_cycle_count_t bootloader_due(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)avr;
+    (void)when;
+    vb_board *board = param;
+    if (board->bootloader.ends_ns <= now(board) + HALF_CYCLE_NS)
+        board->mcu.held = false;
+    else
+        schedule_bootloader(board);
+    return 0;
+}
+
+static void bootloader_byte(void *context)
+{
+    vb_board *board = context;
+    bootloader_hear(&board->bootloader, now(board));
+}
+
+static void start_bootloader(vb_board *board)
+{
+    board->mcu.held = board->options.bootloader != VB_BOOTLOADER_NONE;
+    if (!board->mcu.held)
+        return;
+    if (board->options.bootloader == VB_BOOTLOADER_SHIPPED) {
+        mcu_clear_reset_flags(&board->mcu);
+        mcu_stop_watchdog(&board->mcu);
+    }
+    bootloader_start(&board->bootloader, now(board));
+    schedule_bootloader(board);
+}
+
 // avr_reset has wiped all timers and pin registers, and let CS and SYNC float up.
 static void arm_all(void *context)
 {
@@ -281,6 +321,7 @@ static void arm_all(void *context)
     schedule_edges(board);
     schedule_motor(board);
     schedule_conversion(board);
+    start_bootloader(board);
 }
 
 int vb_reset(vb_board *board, uint8_t cause)
@@ -346,6 +387,8 @@ static const char *complaint(const vb_options *options)
     for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
         if (!(fabs(options->self_test_volts[i]) < 10.0))
             return "the self-test's deflection must lie within ±10 V";
+    if (options->bootloader > VB_BOOTLOADER_OLD)
+        return "the bootloader must be one of VB_BOOTLOADER_…";
     const vb_motor *motor = &options->motor;
     const double positive[] = {motor->supply_v,        motor->resistance_ohm, motor->inductance_h,
                                motor->flux_v_s_a,      motor->gear_ratio,     motor->gear_efficiency,
@@ -390,7 +433,7 @@ vb_board *vb_open(const char *elf_path, const vb_options *options, char *error, 
     }
     afe_init(&board->afe, &board->bench, options->noise_volts, options->self_test_volts, options->seed);
     board->spi_fault_source = random_stream(options->seed, 4);
-    serial_line_open(&board->serial, &board->mcu, &board->faults, options->seed);
+    serial_line_open(&board->serial, &board->mcu, &board->faults, options->seed, bootloader_byte, board);
     spi_master_open(&board->spi, &board->mcu, adc_exchange, board);
     board->dout = mcu_input_pin(&board->mcu, BOARD_PIN_ADC_DOUT_PORT, BOARD_PIN_ADC_DOUT_BIT);
     board->ready = mcu_input_pin(&board->mcu, BOARD_PIN_ADC_READY_PORT, BOARD_PIN_ADC_READY_BIT);
@@ -529,6 +572,8 @@ void vb_set_clock_ppm(vb_board *board, double clock_ppm)
     schedule_edges(board);
     schedule_motor(board);
     schedule_conversion(board);
+    if (board->mcu.held)
+        schedule_bootloader(board);
 }
 
 int vb_preset(vb_board *board, const char *variable, size_t offset, const uint8_t *bytes, size_t count)

@@ -3,9 +3,12 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdalign.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/inotify.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
@@ -63,12 +66,45 @@ static bool open_pty(host_port *self)
     if (self->slave < 0 || tcgetattr(self->slave, &raw) != 0)
         return false;
     cfmakeraw(&raw);
-    return tcsetattr(self->slave, TCSANOW, &raw) == 0;
+    raw.c_cflag |= HUPCL;  // as a serial port has it at first, and a pseudo terminal has not
+    if (tcsetattr(self->slave, TCSANOW, &raw) != 0)
+        return false;
+    self->watch = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    return self->watch >= 0 && inotify_add_watch(self->watch, self->name, IN_OPEN | IN_CLOSE) >= 0;
+}
+
+static void last_close(host_port *self)
+{
+    struct termios settings;
+    if (tcgetattr(self->slave, &settings) != 0 || settings.c_cflag & HUPCL)
+        self->dtr = false;
+    ioctl(self->slave, TIOCNXCL);
+    tcflush(self->slave, TCIFLUSH);
+}
+
+bool host_port_attend(host_port *self)
+{
+    alignas(struct inotify_event) char events[4096];
+    bool raised = false;
+    ssize_t size;
+    while ((size = read(self->watch, events, sizeof events)) > 0)
+        for (ssize_t at = 0; at < size;) {
+            const struct inotify_event *event = (const struct inotify_event *)(events + at);
+            at += (ssize_t)(sizeof *event + event->len);
+            if (event->mask & IN_OPEN) {
+                self->opened++;
+                raised = raised || !self->dtr;
+                self->dtr = true;
+            } else if (event->mask & IN_CLOSE && self->opened > 0 && --self->opened == 0) {
+                last_close(self);
+            }
+        }
+    return raised;
 }
 
 bool host_port_open(host_port *self, const char *link, char *error, size_t error_size)
 {
-    *self = (host_port){.master = -1, .slave = -1};
+    *self = (host_port){.master = -1, .slave = -1, .watch = -1};
     bool ok = open_pty(self);
     if (!ok)
         snprintf(error, error_size, "pseudo terminal: %s", strerror(errno));
@@ -90,6 +126,8 @@ void host_port_close(host_port *self)
         if (strcmp(target, self->name) == 0)
             unlink(self->link);
     }
+    if (self->watch >= 0)
+        close(self->watch);
     if (self->slave >= 0)
         close(self->slave);
     if (self->master >= 0)

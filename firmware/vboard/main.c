@@ -19,6 +19,8 @@
 
 #include "bench_socket.h"
 #include "host_port.h"
+#include "host_speed.h"
+#include "random.h"
 #include "vboard.h"
 
 enum {
@@ -31,6 +33,7 @@ typedef struct arguments {
     const char *elf, *pty_link, *bench_socket;
     vb_options options;
     vb_faults faults;
+    bool dtr_ignored;
 } arguments;
 
 // One line for the user, and the end.
@@ -58,6 +61,9 @@ static const char usage[] =
     "  --crank-motor           the crank is turned by its motor, which the firmware drives, not by the bench\n"
     "  --clock-ppm X           the board's crystal runs X ppm fast (0)\n"
     "  --adc-clock-ppm X       the ADC's oscillator runs X ppm fast (0)\n"
+    "  --bootloader WHICH      what a reset starts before the firmware: shipped (Arduino's, on every Mega), old\n"
+    "                          (until 2012), none (the fuses of firmware/README.md) (shipped)\n"
+    "  --no-dtr-reset          opening the port does not reset the board\n"
     "  --seed N                of noise and faults (1)\n"
     "  --eeprom FILE           file that is the EEPROM, made if missing (a blank one)\n"
     "  --noise V,V,V,V,V,V     standard deviation of a conversion in volts at the ADC, one per channel;\n"
@@ -90,6 +96,16 @@ static uint64_t parse_integer(const char *option, const char *text, uint64_t min
     return value;
 }
 
+static uint32_t parse_bootloader(const char *text)
+{
+    static const char *const names[] = {
+        [VB_BOOTLOADER_NONE] = "none", [VB_BOOTLOADER_SHIPPED] = "shipped", [VB_BOOTLOADER_OLD] = "old"};
+    for (uint32_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (strcmp(text, names[i]) == 0)
+            return i;
+    fail("--bootloader %s: give shipped, old or none", text);
+}
+
 static void parse_noise(const char *text, double noise[BOARD_CHANNEL_COUNT])
 {
     char copy[256];
@@ -118,6 +134,8 @@ enum {
     OPTION_CRANK_MOTOR,
     OPTION_CLOCK_PPM,
     OPTION_ADC_CLOCK_PPM,
+    OPTION_BOOTLOADER,
+    OPTION_NO_DTR_RESET,
     OPTION_SEED,
     OPTION_NOISE,
     OPTION_EEPROM,
@@ -138,6 +156,8 @@ static const struct option long_options[] = {
     {"crank-motor", no_argument, NULL, OPTION_CRANK_MOTOR},
     {"clock-ppm", required_argument, NULL, OPTION_CLOCK_PPM},
     {"adc-clock-ppm", required_argument, NULL, OPTION_ADC_CLOCK_PPM},
+    {"bootloader", required_argument, NULL, OPTION_BOOTLOADER},
+    {"no-dtr-reset", no_argument, NULL, OPTION_NO_DTR_RESET},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"noise", required_argument, NULL, OPTION_NOISE},
     {"eeprom", required_argument, NULL, OPTION_EEPROM},
@@ -154,6 +174,7 @@ static arguments parse_arguments(int argc, char **argv)
 {
     arguments parsed = {0};
     vb_default_options(&parsed.options);
+    parsed.options.bootloader = VB_BOOTLOADER_SHIPPED;
     vb_options *options = &parsed.options;
     vb_faults *faults = &parsed.faults;
     int option, index;
@@ -172,6 +193,8 @@ static arguments parse_arguments(int argc, char **argv)
         case OPTION_CRANK_MOTOR: options->crank = VB_CRANK_MOTOR; break;
         case OPTION_CLOCK_PPM: options->clock_ppm = parse_number(name, optarg, -1e5, 1e5); break;
         case OPTION_ADC_CLOCK_PPM: options->adc_clock_ppm = parse_number(name, optarg, -1e5, 1e5); break;
+        case OPTION_BOOTLOADER: options->bootloader = parse_bootloader(optarg); break;
+        case OPTION_NO_DTR_RESET: parsed.dtr_ignored = true; break;
         case OPTION_SEED: options->seed = parse_integer(name, optarg, 0, UINT64_MAX); break;
         case OPTION_EEPROM: options->eeprom_path = optarg; break;
         case OPTION_NOISE: parse_noise(optarg, options->noise_volts); break;
@@ -202,6 +225,8 @@ typedef struct real_time {
     host_port port;
     bench_socket socket;
     int signals;
+    bool dtr_ignored;
+    random_source noise;         // what a wrong speed makes of bytes
     uint64_t late_quanta;        // begun more than one quantum late: the host stalled
     uint64_t bytes_unread;       // lost because no host read the port
     int64_t largest_lateness_ns;
@@ -242,12 +267,22 @@ static void print_statistics(const real_time *self)
             c.spi_errors_injected, c.serial_bits_flipped, c.serial_bytes_dropped, c.serial_bytes_doubled);
 }
 
+// At another speed than the board's, neither side can read the other.
+static void garble_at_wrong_speed(real_time *self, uint8_t *bytes, size_t count)
+{
+    if (host_speed(self->port.slave) != BOARD_WIRE_BAUD)
+        for (size_t i = 0; i < count; i++)
+            bytes[i] = (uint8_t)random_u64(&self->noise);
+}
+
 static void take_from_host(real_time *self)
 {
     uint8_t bytes[256];
     ssize_t count;
-    while ((count = read(self->port.master, bytes, sizeof bytes)) > 0)
+    while ((count = read(self->port.master, bytes, sizeof bytes)) > 0) {
+        garble_at_wrong_speed(self, bytes, (size_t)count);
         vb_write(self->board, bytes, (size_t)count);
+    }
 }
 
 static void give_to_host(real_time *self)
@@ -255,8 +290,9 @@ static void give_to_host(real_time *self)
     uint8_t bytes[256];
     size_t count;
     while ((count = vb_read(self->board, bytes, sizeof bytes)) > 0) {
-        // Nobody reads the port and its buffer is full: lost, as on a wire.
-        ssize_t written = write(self->port.master, bytes, count);
+        garble_at_wrong_speed(self, bytes, count);
+        // Nobody has the port open, or nobody reads it and its buffer is full: lost, as on a wire.
+        ssize_t written = self->port.opened ? write(self->port.master, bytes, count) : 0;
         self->bytes_unread += count - (size_t)(written > 0 ? written : 0);
     }
 }
@@ -282,9 +318,12 @@ static bool serve(real_time *self)
         {.fd = self->port.master, .events = POLLIN},
         {.fd = self->socket.bench >= 0 ? self->socket.bench : self->socket.listener, .events = POLLIN},
         {.fd = self->signals, .events = POLLIN},
+        {.fd = self->port.watch, .events = POLLIN},
     };
-    if (poll(files, 3, 0) <= 0)
+    if (poll(files, sizeof files / sizeof *files, 0) <= 0)
         return true;
+    if (files[3].revents && host_port_attend(&self->port) && !self->dtr_ignored)
+        vb_reset(self->board, BOARD_RESET_CAUSE_EXTERNAL);
     if (files[0].revents)
         take_from_host(self);
     if (files[1].revents)
@@ -327,7 +366,9 @@ int main(int argc, char **argv)
 {
     arguments parsed = parse_arguments(argc, argv);
     char error[512];
-    real_time self = {.signals = block_signals()};
+    real_time self = {.signals = block_signals(),
+                      .dtr_ignored = parsed.dtr_ignored,
+                      .noise = random_stream(parsed.options.seed, 5)};
     setpriority(PRIO_PROCESS, 0, PRIORITY);  // if the user may; it runs without, too
     prctl(PR_SET_TIMERSLACK, 1000);  // wake within 1 µs of the deadline, not 50
 

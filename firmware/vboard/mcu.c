@@ -104,6 +104,7 @@ static void after_reset(avr_io_t *hook)
     mcu *self = (mcu *)((char *)hook - offsetof(mcu, reset_hook));
     avr_t *avr = self->avr;
     self->resets++;
+    self->held = false;
     // avr_reset has wiped the registers (the RAM stays) and set only the flag of a watchdog reset.
     uint16_t mcusr = avr->reset_flags.porf.reg;
     self->reset_flags |= avr->data[mcusr];
@@ -179,13 +180,30 @@ void mcu_reset(mcu *self, uint8_t cause)
         scramble_ram(self);
         self->reset_flags = 0;
     }
-    if (cause == BOARD_RESET_CAUSE_WATCHDOG) {  // as simavr's watchdog does, for what it sets besides the flag
-        self->watchdog->reset_context.avr_run = self->avr->run;
-        self->watchdog->reset_context.wdrf = 1;
-    } else {
+    if (cause != BOARD_RESET_CAUSE_WATCHDOG)
         self->reset_flags |= cause;
+    // WDRF keeps the watchdog on, at its shortest period, over any reset: as simavr's watchdog does it
+    if (cause == BOARD_RESET_CAUSE_WATCHDOG || self->reset_flags & BOARD_RESET_CAUSE_WATCHDOG) {
+        self->watchdog->reset_context.avr_run = self->run;
+        self->watchdog->reset_context.wdrf = 1;
     }
     avr_reset(self->avr);
+}
+
+void mcu_clear_reset_flags(mcu *self)
+{
+    self->reset_flags = 0;
+    self->avr->data[self->avr->reset_flags.porf.reg] = 0;
+}
+
+void mcu_stop_watchdog(mcu *self)
+{
+    avr_t *avr = self->avr;
+    avr_io_addr_t wdtcsr = self->watchdog->wde.reg;
+    uint8_t change = (uint8_t)(1u << self->watchdog->wdce.bit | 1u << self->watchdog->wde.bit);
+    const uint8_t sequence[] = {change, 0};
+    for (size_t i = 0; i < sizeof sequence; i++)
+        avr->io[AVR_DATA_TO_IO(wdtcsr)].w.c(avr, wdtcsr, sequence[i], avr->io[AVR_DATA_TO_IO(wdtcsr)].w.param);
 }
 
 // --------------------------------------------------------------------------- open and close
@@ -230,6 +248,7 @@ bool mcu_open(mcu *self, const char *elf_path, const char *eeprom_path, uint64_t
     avr_init(avr);
     avr->frequency = BOARD_CLOCK_HZ;
     avr->sleep = no_sleep;
+    self->run = avr->run;
     self->external_interrupts = (avr_extint_t *)mcu_module(self, "extint");
     self->watchdog = (avr_watchdog_t *)mcu_module(self, "watchdog");
     for (avr_io_t *module = avr->io_port; module; module = module->next)
@@ -282,12 +301,25 @@ static avr_cycle_count_t stop_here(avr_t *avr, avr_cycle_count_t when, void *par
     return 0;
 }
 
+// Up to the next timer, which may let go of the held core.
+static void pass_time(mcu *self, uint64_t cycle)
+{
+    avr_t *avr = self->avr;
+    avr_cycle_count_t next = avr_cycle_timer_process(avr);
+    if (self->held && avr->cycle < cycle)
+        avr->cycle += next < cycle - avr->cycle ? next : cycle - avr->cycle;
+}
+
 bool mcu_run_until(mcu *self, uint64_t cycle)
 {
     avr_t *avr = self->avr;
     if (avr->cycle < cycle)  // a sleeping core jumps from timer to timer: this one bounds the jump
         avr_cycle_timer_register(avr, cycle - avr->cycle, stop_here, self);
     while (avr->cycle < cycle) {
+        if (self->held && avr->run == self->run) {
+            pass_time(self, cycle);
+            continue;
+        }
         int state = avr_run(avr);
         if (state == cpu_Done || state == cpu_Crashed || state == cpu_Stopped)
             return false;

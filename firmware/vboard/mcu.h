@@ -19,6 +19,7 @@ typedef struct mcu {
     avr_t *avr;
     avr_extint_t *external_interrupts;
     avr_watchdog_t *watchdog;
+    avr_run_t run;  // of the core; simavr's watchdog puts its own in its place to reset it
     avr_timer_t *pwm_timer;  // timer 4
     avr_eeprom_t *eeprom;
     uint8_t *own_eeprom;  // simavr's, while a file stands in its place
@@ -27,6 +28,7 @@ typedef struct mcu {
     char *elf_path;
     avr_io_t reset_hook;
     uint8_t reset_flags;  // MCUSR, which on the chip outlives a reset
+    bool held;            // the core stands and time passes; a reset ends that unless on_reset says so
     random_source ram_noise;
     uint64_t resets;  // the first power-on included
     void (*on_reset)(void *context);  // arms again what a reset has wiped
@@ -47,6 +49,10 @@ bool mcu_preset(mcu *self, const char *variable, size_t offset, const uint8_t *b
 
 // Resets for one of BOARD_RESET_CAUSE_….
 void mcu_reset(mcu *self, uint8_t cause);
+
+// What a bootloader does before it starts the firmware.
+void mcu_clear_reset_flags(mcu *self);
+void mcu_stop_watchdog(mcu *self);
 
 // The simavr module of a kind ("spi", "port", …) and, for ports and UARTs, a name.
 avr_io_t *mcu_module(const mcu *self, const char *kind);

@@ -75,7 +75,10 @@ static avr_cycle_count_t feed(avr_t *avr, avr_cycle_count_t when, void *param)
         return 0;
     uint8_t byte = queue_front(&self->to_board).value;
     self->to_board.first++;
-    avr_raise_irq(self->uart->io.irq + UART_IRQ_INPUT, byte);
+    if (self->mcu->held)
+        self->held_byte(self->context);
+    else
+        avr_raise_irq(self->uart->io.irq + UART_IRQ_INPUT, byte);
     return when + byte_cycles(self);
 }
 
@@ -122,9 +125,15 @@ size_t serial_line_read(serial_line *self, uint8_t *bytes, size_t capacity)
 
 // --------------------------------------------------------------------------- open and close
 
-void serial_line_open(serial_line *self, const mcu *mcu, const vb_faults *faults, uint64_t seed)
+void serial_line_open(serial_line *self, const mcu *mcu, const vb_faults *faults, uint64_t seed,
+                      void (*held_byte)(void *), void *context)
 {
-    *self = (serial_line){.avr = mcu->avr, .faults = faults, .fault_source = random_stream(seed, 3)};
+    *self = (serial_line){.mcu = mcu,
+                          .avr = mcu->avr,
+                          .held_byte = held_byte,
+                          .context = context,
+                          .faults = faults,
+                          .fault_source = random_stream(seed, 3)};
     for (avr_io_t *module = mcu->avr->io_port; module; module = module->next)
         if (module->irq_ioctl_get == AVR_IOCTL_UART_GETIRQ('0'))
             self->uart = (avr_uart_t *)module;

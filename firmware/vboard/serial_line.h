@@ -22,8 +22,11 @@ typedef struct byte_queue {
 } byte_queue;
 
 typedef struct serial_line {
+    const mcu *mcu;
     avr_t *avr;
     avr_uart_t *uart;
+    void (*held_byte)(void *context);  // gets what comes while the core is held
+    void *context;
     byte_queue to_board, to_host;
     const vb_faults *faults;
     random_source fault_source;
@@ -31,8 +34,10 @@ typedef struct serial_line {
     uint64_t bits_flipped, bytes_dropped, bytes_doubled;
 } serial_line;
 
-// `faults` is read for every byte: the caller may change it.
-void serial_line_open(serial_line *self, const mcu *mcu, const vb_faults *faults, uint64_t seed);
+// `faults` is read for every byte: the caller may change it. `held_byte` is told of each byte that comes to a
+// held core, which misses it.
+void serial_line_open(serial_line *self, const mcu *mcu, const vb_faults *faults, uint64_t seed,
+                      void (*held_byte)(void *), void *context);
 void serial_line_close(serial_line *self);
 // The microcontroller was reset: goes on sending what is on its way to the board.
 void serial_line_reset(serial_line *self);

@@ -41,6 +41,9 @@ typedef struct vb_motor {
 
 enum { VB_CRANK_BENCH = 0, VB_CRANK_MOTOR = 1 };
 
+// What a reset starts: the firmware (a board whose fuses say so), or Arduino's bootloader; see bootloader.h.
+enum { VB_BOOTLOADER_NONE = 0, VB_BOOTLOADER_SHIPPED = 1, VB_BOOTLOADER_OLD = 2 };
+
 typedef struct vb_options {
     uint32_t size;                            // sizeof(vb_options): a caller built for another layout is refused
     uint32_t crank_counts_per_revolution;     // after ×4 decoding
@@ -53,6 +56,7 @@ typedef struct vb_options {
     double self_test_volts[BOARD_CHANNEL_COUNT];  // added at the terminals while the self-test pin is high
     uint32_t crank;                           // what turns it: VB_CRANK_BENCH, the bench's frames, or VB_CRANK_MOTOR
     vb_motor motor;
+    uint32_t bootloader;                      // one of VB_BOOTLOADER_…
     const char *eeprom_path;                  // file that is the EEPROM, made if missing; NULL: a blank one
 } vb_options;
 

@@ -42,6 +42,14 @@ class ResetCause(enum.IntEnum):
     WATCHDOG = 0x08
 
 
+class Bootloader(enum.IntEnum):
+    """What a reset of the board starts before the firmware: vboard.h and bootloader.h."""
+
+    NONE = 0
+    SHIPPED = 1
+    OLD = 2
+
+
 class FrameResult(enum.IntEnum):
     """What became of a bench frame."""
 
@@ -110,6 +118,7 @@ class _Options(_Structure):
         ("self_test_volts", ctypes.c_double * CHANNEL_COUNT),
         ("crank", ctypes.c_uint32),
         ("motor", _Motor),
+        ("bootloader", ctypes.c_uint32),
         ("eeprom_path", ctypes.c_char_p),
     )
 
@@ -203,6 +212,7 @@ class VirtualBoard:
         for those of board.yaml.
     crank_motor: the crank is turned by its 12 V motor, as the firmware drives it, instead of by the
         bench's frames: the quantities of vb_motor in vboard.h that differ from the nominal ones.
+    bootloader: what a reset starts; NONE, as on a board whose fuses say so, is the firmware.
     eeprom: file that is the EEPROM (4096 bytes, made if missing), or None for a blank one.
 
     Raises VirtualBoardError if the library or the firmware cannot be loaded.
@@ -220,6 +230,7 @@ class VirtualBoard:
         noise_volts: float | Sequence[float] | None = None,
         self_test_volts: Sequence[float] | None = None,
         crank_motor: Mapping[str, float] | None = None,
+        bootloader: Bootloader = Bootloader.NONE,
         eeprom: str | Path | None = None,
         library: str | Path = LIBRARY,
     ) -> None:
@@ -248,6 +259,7 @@ class VirtualBoard:
                 if quantity not in options.motor.as_dict():
                     raise ValueError(f"the crank's motor has no {quantity}: see vboard.h")
                 setattr(options.motor, quantity, value)
+        options.bootloader = bootloader
         if eeprom is not None:
             options.eeprom_path = str(eeprom).encode()
         error = ctypes.create_string_buffer(512)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from cobs import cobs
 
-IDENTIFY, CONFIGURE, START, STOP = 0x01, 0x02, 0x03, 0x04
+IDENTIFY, CONFIGURE, START, STOP, RESET = 0x01, 0x02, 0x03, 0x04, 0x08
 RESPONSE, DATA, HEALTH, BOOT = 0x80, 0x10, 0x11, 0x12
 ALL_CHANNELS = 0x3F
 

@@ -3,20 +3,22 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import math
 import os
 import signal
 import socket
 import subprocess
+import termios
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
 import serial
-from board_link import ALL_CHANNELS, IDENTIFY, RESPONSE, START, STOP, Frames, request
+from board_link import ALL_CHANNELS, BOOT, IDENTIFY, RESPONSE, START, STOP, Frames, request
 from vboard import BenchFrame
 
 MILLISECOND = 1_000_000
@@ -83,7 +85,10 @@ def feed(
 
 @pytest.mark.real_time
 def test_a_trial_in_real_time(start):
-    running = start("--crank-cpr", "2400", "--carriage-cpr", "1200", "--noise", "0")
+    running = start(
+        *("--crank-cpr", "2400", "--carriage-cpr", "1200", "--noise", "0"),
+        *("--bootloader", "none", "--no-dtr-reset"),
+    )
     assert running.ready == f"ready pty={os.readlink(running.link)}\n"
     frames = Frames()
     with (
@@ -139,7 +144,7 @@ def test_a_bench_may_come_again_and_bad_frames_are_counted(start):
 
 
 def test_statistics_on_request_and_reset_by_signal(start):
-    running = start()
+    running = start("--bootloader", "none")
     running.process.send_signal(signal.SIGUSR2)
     time.sleep(0.1)
     running.process.send_signal(signal.SIGUSR1)
@@ -148,6 +153,101 @@ def test_statistics_on_request_and_reset_by_signal(start):
     status, statistics = running.end()
     assert status == 0
     assert statistics["bytes_to_host"] > 10  # two boot frames
+
+
+def open_port(running: Running) -> serial.Serial:
+    return serial.Serial(str(running.link), 250_000, timeout=0.05)
+
+
+def frames_until(port: serial.Serial, wanted: int) -> Frames:
+    """All until a frame of a type is there; the test's time limit ends what never comes."""
+    frames = Frames()
+    while not frames.of_type(wanted):
+        frames.take(port.read(port.in_waiting or 1))
+    return frames
+
+
+def resets(running: Running) -> int:
+    """So far; the program looks who has opened and closed the port before it answers."""
+    running.process.send_signal(signal.SIGUSR1)
+    assert running.process.stderr is not None
+    return int(json.loads(running.process.stderr.readline())["resets"])
+
+
+@pytest.mark.timeout(60)
+def test_the_first_to_open_the_port_resets_the_board_and_no_other(start):
+    """DTR goes up with the first and down with the last."""
+    running = start("--bootloader", "none")
+    with closing(open_port(running)):
+        assert resets(running) == 1
+        with closing(open_port(running)):
+            assert resets(running) == 1
+        assert resets(running) == 1
+    assert resets(running) == 1
+    with closing(open_port(running)):
+        assert resets(running) == 2
+
+
+@pytest.mark.timeout(60)
+def test_dtr_stays_up_where_the_host_says_so(start):
+    """Without HUPCL a port that is opened again is that of a board that runs on."""
+    running = start("--bootloader", "none")
+    with closing(open_port(running)) as port:
+        settings = termios.tcgetattr(port.fileno())
+        settings[2] &= ~termios.HUPCL
+        termios.tcsetattr(port.fileno(), termios.TCSANOW, settings)
+    assert resets(running) == 1
+    with closing(open_port(running)):
+        assert resets(running) == 1
+
+
+@pytest.mark.timeout(60)
+def test_a_board_whose_dtr_does_nothing(start):
+    running = start("--bootloader", "none", "--no-dtr-reset")
+    with closing(open_port(running)):
+        assert resets(running) == 0
+
+
+@pytest.mark.real_time
+@pytest.mark.timeout(60)
+def test_the_program_has_the_bootloader_of_a_shipped_board(start):
+    running = start()
+    with closing(open_port(running)) as port:
+        frames = frames_until(port, BOOT)
+    assert frames.of_type(BOOT)[0][1] == 0  # the cause is lost in it
+    assert resets(running) == 1
+
+
+@pytest.mark.timeout(60)
+def test_at_a_wrong_speed_nobody_is_understood(start):
+    running = start("--bootloader", "none", "--no-dtr-reset")
+    with closing(open_port(running)) as port:
+        port.baudrate = 115_200
+        heard = Frames()
+        while heard.bad < 2:
+            port.write(request(IDENTIFY, 1))
+            heard.take(port.read(port.in_waiting or 1))
+        assert heard.payloads == []
+        port.baudrate = 250_000
+        port.write(b"\0" + request(IDENTIFY, 2))
+        assert frames_until(port, IDENTIFY | RESPONSE).of_type(IDENTIFY | RESPONSE)[0][1] == 2
+
+
+@pytest.mark.timeout(60)
+def test_exclusive_use_ends_with_the_last_close_as_of_a_real_port(start):
+    """Also that of a host that was killed. Who is root opens it in any case: the mark is asked."""
+    running = start()
+    with closing(open_port(running)) as port:
+        fcntl.ioctl(port.fileno(), termios.TIOCEXCL)
+        assert is_exclusive(port)
+    resets(running)  # it has seen the close
+    with closing(open_port(running)) as port:
+        assert not is_exclusive(port)
+
+
+def is_exclusive(port: serial.Serial) -> bool:
+    gexcl = 0x80045440  # TIOCGEXCL of <asm-generic/ioctls.h>
+    return fcntl.ioctl(port.fileno(), gexcl, bytes(4)) != bytes(4)
 
 
 def test_what_a_killed_board_left_is_replaced(start):
@@ -236,6 +336,7 @@ def test_a_socket_in_use_is_refused(start, refusal, board_elf):
         (("--crank-cpr", "-3"), "--crank-cpr -3: give a whole number"),
         (("--clock-ppm", "fast"), "--clock-ppm fast: give a number"),
         (("--noise", "0.1,0.2,0.3"), "give one value or 6"),
+        (("--bootloader", "new"), "--bootloader new: give shipped, old or none"),
         (("stray",), "stray: an argument without an option"),
     ],
 )

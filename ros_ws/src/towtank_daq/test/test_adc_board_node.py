@@ -96,6 +96,7 @@ def start_board(tmp_path: Path, *options: str) -> subprocess.Popen:
             "--elf", BUILD / "towtank_board.elf",
             "--pty-link", tmp_path / "board",
             "--bench-socket", tmp_path / "bench",
+            "--bootloader", "none", "--no-dtr-reset",
             *options,
         ],
         stdout=subprocess.PIPE,
