@@ -13,9 +13,10 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from rclpy.lifecycle import LifecycleNode, State, TransitionCallbackReturn
+from rclpy.lifecycle import State, TransitionCallbackReturn
 from std_msgs.msg import String
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.lifecycle import ManagedNode
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.polling import PolledSubscription
@@ -53,7 +54,7 @@ PARAMETERS = (
 )
 
 
-class Recorder(LifecycleNode):
+class Recorder(ManagedNode):
     """Shell around BagWriter."""
 
     def __init__(self) -> None:

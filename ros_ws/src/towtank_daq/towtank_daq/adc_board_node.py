@@ -18,10 +18,11 @@ import sys
 import threading
 import time
 
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.lifecycle import ManagedNode
 from towtank_node.main import run_nodes
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
@@ -48,7 +49,7 @@ _FAILURES = (BoardError, OSError)
 _NOT_ACTIVE = "the board's node is not active any more"
 
 
-class AdcBoardNode(LifecycleNode):
+class AdcBoardNode(ManagedNode):
     """The ADC board on a serial port."""
 
     def __init__(self) -> None:
