@@ -5,34 +5,23 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
+from text_bag import RIG, TOPIC, text_message, wait_until
 from towtank_bag.definitions import DefinitionError, message_definition
 from towtank_bag.layout import BagError
-from towtank_bag.qos_profile import OfferedQos
 from towtank_bag.reader import open_bag
-from towtank_bag.writer import Attachment, BagWriter, RawMessage, Topic
-
-TOPIC = Topic("/text", "std_msgs/msg/String", OfferedQos("reliable", "volatile", 10))
-RIG = Attachment("rig.yaml", "application/yaml", b"name: any\n")
-
-
-def text_message(number: int, text: bytes) -> RawMessage:
-    """A std_msgs/String in CDR: encapsulation, length with the closing zero, text."""
-    data = b"\0\1\0\0" + (len(text) + 1).to_bytes(4, "little") + text + b"\0"
-    return RawMessage(0, number, number, data)
-
+from towtank_bag.writer import BagWriter
 
 # Records numbered messages at 1 kHz and says after each how many were handed over and how many
 # the writer has flushed.
 _WRITE_FOR_EVER = """
 import os, sys, time
 sys.path.insert(0, {test_folder!r})
-from test_bag_failures import RIG, TOPIC, text_message
+from text_bag import RIG, TOPIC, text_message
 from towtank_bag.writer import BagWriter
 writer = BagWriter(sys.argv[1], [TOPIC], [RIG])
 number = 0
@@ -85,11 +74,6 @@ def write_bag(directory, count: int) -> None:
                 wait_until(lambda: writer.messages == 100)
 
 
-def wait_until(condition) -> None:
-    while not condition():
-        time.sleep(0.01)
-
-
 def test_a_file_cut_anywhere_is_read_up_to_the_cut(tmp_path):
     """Every length of the file gives a prefix of the messages, never an error or a wrong one."""
     directory = tmp_path / "whole"
@@ -132,7 +116,7 @@ def test_a_damaged_chunk_is_left_out_and_said(tmp_path):
 _FILL_UP = """
 import os, resource, sys
 sys.path.insert(0, {test_folder!r})
-from test_bag_failures import RIG, TOPIC, text_message, wait_until
+from text_bag import RIG, TOPIC, text_message, wait_until
 from towtank_bag.layout import BagError
 from towtank_bag.writer import BagWriter
 resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
@@ -180,7 +164,7 @@ def test_a_disk_that_is_full_at_once_is_said(tmp_path):
     program = """
 import resource, sys
 sys.path.insert(0, {test_folder!r})
-from test_bag_failures import RIG, TOPIC
+from text_bag import RIG, TOPIC
 from towtank_bag.layout import BagError
 from towtank_bag.writer import BagWriter
 resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))

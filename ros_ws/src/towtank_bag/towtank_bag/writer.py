@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a bag: an MCAP file and metadata.yaml in one directory, as rosbag2 lays it out.
 
-A background thread compresses and writes, fed by a bounded queue. Whatever was handed over more
-than `FLUSH_PERIOD_S` ago is in a finished chunk on its way to the disk, so a process that is
-killed loses no more than that. While a bag is being written its directory holds the file
-RECORDING and no metadata.yaml; both change only at a clean end.
+A background thread compresses and writes, fed by a bounded queue. Every `FLUSH_PERIOD_S` it
+finishes the chunk and forces it to the disk: a process that is killed loses no more than that, and
+neither does a power cut, but for the time that the disk takes. While a bag is being written its
+directory holds the file RECORDING and no metadata.yaml; both change only at a clean end.
+
+The directory may be renamed meanwhile; the bag is finished where it then is. One that is removed
+ends the recording.
 """
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
 import os
 import threading
@@ -28,6 +33,9 @@ from towtank_bag.qos_profile import OfferedQos
 
 CHUNK_BYTES = 256 * 1024
 FLUSH_PERIOD_S = 0.4
+"""With the recorder's own tenth of a second: half a second at most, and as much again for the disk
+to take it. For what it costs see README.md."""
+
 QUEUE_MESSAGES = 50_000
 """Half a minute of a whole trial's messages: a disk may stall that long before any is lost."""
 
@@ -83,7 +91,6 @@ class BagWriter:
         metadata: Mapping[str, Mapping[str, str]] | None = None,
         queue_messages: int = QUEUE_MESSAGES,
     ) -> None:
-        self.directory = Path(directory)
         self._topics = list(topics)
         self._definitions = [message_definition(topic.type_name) for topic in self._topics]
         self._queue_messages = queue_messages
@@ -100,16 +107,22 @@ class BagWriter:
         self.overflowed = 0
         self.queue_high_water = 0
 
-        self._file = _create(self.directory)
+        self._directory = _BagDirectory(Path(directory))
+        self._file = self._directory.new_file()
         self._mcap = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
         try:
             self._begin(attachments, metadata or {})
         except OSError as error:
             self._fail(error)
-            self._file.close()
+            self._close_files()
             raise self._error from error
         self._thread = threading.Thread(target=self._run, name="bag-writer", daemon=True)
         self._thread.start()
+
+    @property
+    def directory(self) -> Path:
+        """Where the bag is now."""
+        return self._directory.path
 
     @property
     def error(self) -> BagError | None:
@@ -118,7 +131,7 @@ class BagWriter:
 
     @property
     def messages(self) -> int:
-        """Messages in finished chunks, which outlive this process."""
+        """Messages in chunks that are on the disk, which outlive this process and a power cut."""
         return self._flushed_messages
 
     @property
@@ -155,11 +168,14 @@ class BagWriter:
                 self._finish()
             except OSError as error:
                 self._fail(error)
-        elif self._error is None:
-            self._error = BagError(f"{self.directory}: the writer thread died; see its traceback")
-        self._file.close()
+        self._close_files()
         if self._error is not None:
             raise self._error
+
+    def _close_files(self) -> None:
+        with contextlib.suppress(OSError):  # what it might tell has been told
+            self._file.close()
+        self._directory.close()
 
     def __enter__(self) -> BagWriter:
         return self
@@ -215,6 +231,12 @@ class BagWriter:
                     return
         except OSError as error:
             self._fail(error)
+        except Exception as error:
+            self._error = BagError(
+                f"{self.directory}: the recording stopped at a fault of the writer ({error!r}) and "
+                "stays marked incomplete: report it with the recorder's log"
+            )
+            raise
 
     def _add(self, message: RawMessage) -> None:
         self._mcap.add_message(
@@ -232,23 +254,24 @@ class BagWriter:
     def _flush(self) -> None:
         self._mcap.flush()
         self._file.mark_whole()
+        self._file.sync()
         self._flushed_messages = sum(self._counts)
 
     def _finish(self) -> None:
         self._mcap.finish()
         self._file.sync()
-        _write_atomically(self.directory / METADATA_FILE, _metadata_yaml(self._information()))
-        (self.directory / RECORDING_MARKER).unlink()
-        _sync_directory(self.directory)
+        self._file.close()
+        self._directory.write(METADATA_FILE, _metadata_yaml(self._information()))
+        self._directory.remove(RECORDING_MARKER)
 
     def _fail(self, error: OSError) -> None:
         """Keep what was written whole, and the marker, and say why."""
-        self._file.cut_to_whole()
-        reason = (
-            f"{self._file.path}: cannot write: {error.strerror}; the recording stopped there and "
-            f"stays marked incomplete: free space and record again"
+        with contextlib.suppress(OSError):  # a disk that fails need not be able to do this
+            self._file.cut_to_whole()
+        self._error = BagError(
+            f"{self.directory / self._file.name}: cannot write: {error.strerror}; the recording "
+            f"stopped there and stays marked incomplete: {_mend(error)}"
         )
-        self._error = BagError(reason)
 
     def _information(self) -> dict[str, Any]:
         """Content of metadata.yaml, version 9."""
@@ -277,10 +300,10 @@ class BagWriter:
             ],
             "compression_format": "",
             "compression_mode": "",
-            "relative_file_paths": [self._file.path.name],
+            "relative_file_paths": [self._file.name],
             "files": [
                 {
-                    "path": self._file.path.name,
+                    "path": self._file.name,
                     "starting_time": start,
                     "duration": duration,
                     "message_count": self.messages,
@@ -296,9 +319,10 @@ class _UnbufferedFile:
     at which its content was whole. A buffer of Python's own would go on trying to write after the
     disk has filled."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+    def __init__(self, name: str, directory: int) -> None:
+        self.name = name
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+        self._descriptor = os.open(name, flags, 0o644, dir_fd=directory)
         self._position = 0
         self._whole = 0
 
@@ -317,7 +341,11 @@ class _UnbufferedFile:
         """Nothing is held back."""
 
     def sync(self) -> None:
-        os.fsync(self._descriptor)
+        """Force what is written to the disk. FileNotFoundError where the file has been removed:
+        what is written into it then is lost."""
+        os.fdatasync(self._descriptor)
+        if os.fstat(self._descriptor).st_nlink == 0:
+            raise FileNotFoundError(errno.ENOENT, "somebody has removed it")
 
     def mark_whole(self) -> None:
         self._whole = self._position
@@ -326,43 +354,111 @@ class _UnbufferedFile:
         os.ftruncate(self._descriptor, self._whole)
 
     def close(self) -> None:
-        os.close(self._descriptor)
+        """Let it go; OSError where the disk tells only now that it has not written."""
+        descriptor, self._descriptor = self._descriptor, -1
+        if descriptor >= 0:
+            os.close(descriptor)
 
 
-def _create(directory: Path) -> _UnbufferedFile:
-    try:
-        directory.mkdir(parents=True)
-        (directory / RECORDING_MARKER).write_text(
-            "This bag is being recorded, or its recording broke off. What it holds can be read.\n",
-            encoding="utf-8",
+class _BagDirectory:
+    """A new directory, held open: it stays the same one when it is renamed."""
+
+    def __init__(self, path: Path) -> None:
+        self._given = path
+        try:
+            present = next(parent for parent in path.absolute().parents if parent.is_dir())
+            path.mkdir(parents=True)
+            self._descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+            for parent in path.absolute().parents:  # a power cut leaves each where it was made
+                _sync_directory(parent)
+                if parent == present:
+                    break
+            self.write(
+                RECORDING_MARKER,
+                "This bag is being recorded, or its recording broke off. What it holds can be "
+                "read.\n",
+            )
+        except OSError as error:
+            raise self._refused(error) from error
+
+    @property
+    def path(self) -> Path:
+        """Where it is now; where it was made once nobody can tell."""
+        try:
+            path = Path(os.readlink(f"/proc/self/fd/{self._descriptor}"))
+            here = path.stat()
+        except OSError:
+            return self._given
+        try:
+            return self._given if os.path.samestat(here, self._given.stat()) else path
+        except OSError:
+            return path
+
+    def new_file(self) -> _UnbufferedFile:
+        """The bag's MCAP file."""
+        try:
+            file = _UnbufferedFile(f"{self._given.name}_0.mcap", self._descriptor)
+            os.fsync(self._descriptor)
+        except OSError as error:
+            raise self._refused(error) from error
+        return file
+
+    def write(self, name: str, text: str) -> None:
+        """Write a file, which is there whole or not at all, also after a power cut."""
+        draft = f"{name}.tmp"
+        with open(draft, "w", encoding="utf-8", opener=self._open) as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(draft, name, src_dir_fd=self._descriptor, dst_dir_fd=self._descriptor)
+        os.fsync(self._descriptor)
+
+    def remove(self, name: str) -> None:
+        """Remove a file for good."""
+        os.unlink(name, dir_fd=self._descriptor)
+        os.fsync(self._descriptor)
+
+    def close(self) -> None:
+        """Let it go."""
+        self._given = self.path
+        descriptor, self._descriptor = self._descriptor, -1
+        with contextlib.suppress(OSError):
+            os.close(descriptor)
+
+    def _open(self, name: str, flags: int) -> int:
+        return os.open(name, flags, 0o644, dir_fd=self._descriptor)
+
+    def _refused(self, error: OSError) -> BagError:
+        if isinstance(error, FileExistsError):
+            return BagError(
+                f"{self._given}: exists already and is not overwritten; give another directory"
+            )
+        return BagError(
+            f"{self._given}: cannot make the bag: {error.strerror}; give a directory on a disk "
+            f"that can be written and has space"
         )
-        file = _UnbufferedFile(directory / f"{directory.name}_0.mcap")
-        _sync_directory(directory)
-    except FileExistsError as error:
-        raise BagError(
-            f"{directory}: exists already and is not overwritten; give another directory"
-        ) from error
-    except OSError as error:
-        raise BagError(
-            f"{directory}: cannot make the bag: {error.strerror}; give a directory on a disk that "
-            f"can be written and has space"
-        ) from error
-    return file
 
 
-def _write_atomically(path: Path, text: str) -> None:
-    draft = path.with_name(path.name + ".tmp")
-    with draft.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    draft.replace(path)
+def _mend(error: OSError) -> str:
+    """What the user can do about it."""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return "free space and record again"
+    if error.errno == errno.ENOENT:
+        return "leave the directory alone and record again"
+    return "copy what is there, look at the disk, and record again on another one"
 
 
 def _sync_directory(directory: Path) -> None:
-    descriptor = os.open(directory, os.O_RDONLY)
+    """Force a directory's entries to the disk, where it may be read and its file system can."""
+    try:
+        descriptor = os.open(directory, os.O_RDONLY)
+    except PermissionError:
+        return
     try:
         os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:
+            raise
     finally:
         os.close(descriptor)
 
