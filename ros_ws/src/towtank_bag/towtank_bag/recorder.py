@@ -19,8 +19,11 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.lifecycle import ManagedNode
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
-from towtank_node.polling import PolledSubscription
+from towtank_node.polling import PolledSubscription, Received
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.stamps import SteadyTimes
+from towtank_node.timers import create_steady_timer
+from towtank_node.trial_clock import TrialClock
 from towtank_rig import Rig, RigError, load_rig
 
 from towtank_bag.definitions import DefinitionError
@@ -66,6 +69,7 @@ class Recorder(ManagedNode):
         self._writer: BagWriter | None = None
         self._polled: list[PolledSubscription] = []
         self._poll_timer: Any = None
+        self._times = SteadyTimes(TrialClock(self).offset_ns)
         self._rig_publisher = self.create_publisher(String, "/rig", LATCHED_QOS)
         self._diagnostics = NodeDiagnostics(self, POLL_PERIOD_S, self._counters)
 
@@ -81,13 +85,14 @@ class Recorder(ManagedNode):
 
     def on_activate(self, state: State) -> TransitionCallbackReturn:
         self._rig_publisher.publish(String(data=self._rig.text))
-        self._poll_timer = self.create_timer(POLL_PERIOD_S, self._poll)
+        self._poll_timer = create_steady_timer(self, POLL_PERIOD_S, self._poll)
         self._diagnostics.ready("recording")
         return super().on_activate(state)
 
     def on_deactivate(self, state: State) -> TransitionCallbackReturn:
         self._stop_polling()
         self._record_waiting()
+        self._diagnostics.stop("not recording: deactivated")
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: State) -> TransitionCallbackReturn:
@@ -136,13 +141,19 @@ class Recorder(ManagedNode):
         if self._writer is None or self._writer.error is not None:
             return
         before = self._writer.overflowed + self._lost()
-        messages = [
-            RawMessage(index, received.received_ns, received.published_ns, received.message)
+        taken = [
+            (index, received)
             for index, subscription in enumerate(self._polled)
             for received in subscription.take()
         ]
-        self._writer.write(messages)
+        self._times.look()
+        self._writer.write([self._raw_message(*each) for each in taken])
         self._diagnostics.overrun(self._writer.overflowed + self._lost() - before)
+
+    def _raw_message(self, index: int, received: Received) -> RawMessage:
+        log_time_ns = self._times.received(received.received_ns)
+        published_ns = self._times.published(received.published_ns, log_time_ns)
+        return RawMessage(index, log_time_ns, published_ns, received.message)
 
     def _lost(self) -> int:
         """Messages that the middleware lost, on the topics where that can be: those with one

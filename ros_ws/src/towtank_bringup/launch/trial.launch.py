@@ -27,7 +27,7 @@ from launch.event_handlers import OnProcessIO
 from launch.events.process import ProcessExited, ProcessIO
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
-from towtank_bringup.graph import Graph, Item, NodeGroup, Program
+from towtank_bringup.graph import Graph, Item, NodeGroup, Program, told_to_all
 from towtank_bringup.plan import plan_trial
 from towtank_bringup.processes import STOP_TIMEOUT_S
 from towtank_bringup.trial_directory import TrialDirectoryError
@@ -152,6 +152,7 @@ def trial(context: LaunchContext) -> list:
         arguments=[
             *("--rig", value["rig"], "--duration", value["duration"]),
             *("--out", str(planned.directory.path), "--runtime", str(runtime)),
+            *("--clock-offset-ns", str(told_to_all(planned.graph)["clock_offset_ns"])),
             *(("--port", value["port"]) if value["port"] else ()),
         ],
         output="screen",

@@ -28,6 +28,7 @@ def main() -> int:
     parser.add_argument("--duration", type=float, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--runtime", type=Path, required=True)
+    parser.add_argument("--clock-offset-ns", type=int, required=True)
     arguments, _ = parser.parse_known_args()  # launch adds --ros-args
     say = ProgressLine()
     try:

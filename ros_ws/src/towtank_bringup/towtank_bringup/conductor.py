@@ -17,9 +17,10 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -27,9 +28,9 @@ from towtank_interfaces.msg import HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetDrive
 from towtank_node.executor import StreamExecutor
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
-from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp
+from towtank_node.trial_clock import TrialClock
 
-from towtank_bringup.graph import Graph, RosNode
+from towtank_bringup.graph import Graph, RosNode, told_to_all
 
 SERVICE_TIMEOUT_S = 30.0
 _SPIN_S = 0.05
@@ -53,7 +54,10 @@ class Conductor(Node):
         say: Callable[[str], None] = print,
         context: rclpy.Context | None = None,
     ) -> None:
-        super().__init__("conductor", context=context)
+        told = [RosParameter(name, value=value) for name, value in told_to_all(graph).items()]
+        super().__init__(
+            "conductor", context=context, use_global_arguments=False, parameter_overrides=told
+        )
         self._node_names = [name for item in graph for name in item.node_names]
         self._lifecycle = [item for item in graph if isinstance(item, RosNode) and item.lifecycle]
         self._watch = watch
@@ -62,8 +66,7 @@ class Conductor(Node):
         """True while all nodes are up, so that one that dies may be started again."""
         self._statuses: dict[str, DiagnosticStatus] = {}
         self.ratios: dict[str, HeaveRatio] = {}
-        # As the scans' stamps, so that a step of the host's clock does not part events and scans
-        self._ros_offset_ns = ros_minus_monotonic_ns(lambda: self.get_clock().now().nanoseconds)
+        self._trial_clock = TrialClock(self)
         self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
         self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
@@ -193,13 +196,27 @@ class Conductor(Node):
         )
 
     def _bring_back(self, node: RosNode) -> None:
-        """Activate a node whose process was started again, and mark that in the trial.
+        """Activate a node whose process was started again, or which somebody else has deactivated,
+        and mark that in the trial.
 
         One that dies meanwhile ends the trial, for the answers that are waited for would not come.
         """
         self.leading = False
-        self.say(f"restarting {node.full_name}, whose process had ended")
-        self._activate(node)
+        answer = self.call(
+            GetState, f"{node.full_name}/get_state", GetState.Request(), SERVICE_TIMEOUT_S
+        )
+        state = answer.current_state
+        if state.id == State.PRIMARY_STATE_INACTIVE:
+            self.say(f"activating {node.full_name} again, which somebody else had deactivated")
+            self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
+        elif node.restarts:
+            self.say(f"restarting {node.full_name}, whose process had ended")
+            self._activate(node)
+        else:
+            raise TrialError(
+                f"{node.full_name} is {state.label}: somebody else has ended its work; keep other "
+                "programs' lifecycle requests out of the trial's domain and start again"
+            )
         self.wait_until(
             lambda: self._ready(node.full_name), SERVICE_TIMEOUT_S, f"{node.full_name} to be ready"
         )
@@ -232,7 +249,7 @@ class Conductor(Node):
     def mark(self, event: str, **detail: Any) -> None:
         """Publish an event of the trial, stamped now."""
         message = TrialEvent(event=event, detail=json.dumps(detail))
-        set_stamp(message.header.stamp, time.monotonic_ns() + self._ros_offset_ns)
+        self._trial_clock.stamp(message.header.stamp)
         self._events.publish(message)
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ launch file turns the same description into launch actions. No ROS in here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +77,8 @@ class Program:
     def full_name(self) -> str:
         return self.name
 
+
+_TOLD = ("clock_offset_ns",)
 
 Item = RosNode | NodeGroup | Program
 """What a graph consists of: a process."""
@@ -229,3 +231,20 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
             },
         ),
     )
+
+
+def joined(graph: Graph, clock_offset_ns: int) -> Graph:
+    """The graph, each node of which is told what all must know of the trial: its clock."""
+    told = {"clock_offset_ns": clock_offset_ns}
+    return tuple(
+        item if isinstance(item, Program) else replace(item, parameters={**item.parameters, **told})
+        for item in graph
+    )
+
+
+def told_to_all(graph: Graph) -> dict[str, Any]:
+    """What `joined` has told the nodes of a graph; nothing where it was not asked to."""
+    for item in graph:
+        if not isinstance(item, Program):
+            return {name: item.parameters[name] for name in _TOLD if name in item.parameters}
+    return {}

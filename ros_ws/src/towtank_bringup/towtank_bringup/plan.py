@@ -6,10 +6,12 @@ from __future__ import annotations
 import datetime
 import math
 import os
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from towtank_daq.description import installed_description, load_description
+from towtank_node.stamps import ros_minus_monotonic_ns
 from towtank_rig import Rig, load_rig
 from towtank_rig.conversion import crank_encoder
 from towtank_sim.terminal_faults import FaultError, TerminalFaults, parse_faults
@@ -20,6 +22,7 @@ from towtank_bringup.graph import (
     Graph,
     TrialSettings,
     VirtualTankSettings,
+    joined,
     measurement,
     virtual_tank,
 )
@@ -95,11 +98,13 @@ def plan_trial(
     noise: str = "rig",
     seed: int = 1,
     sensor_faults: str = "",
+    clock_offset_ns: int | None = None,
 ) -> PlannedTrial:
     """Plan a trial. See `towtank trial --help` for the arguments.
 
     runtime: an existing folder for the virtual board's pty link and socket; keep it short, a
     socket's path may have 107 characters.
+    clock_offset_ns: of the trial's clock, as towtank_node.trial_clock has it; read now if None.
     Raises RigError for a bad rig file, PlanError for what else cannot be.
     """
     if not duration >= MINIMUM_DURATION_S:
@@ -139,6 +144,9 @@ def plan_trial(
             sensor_faults=sensor_faults,
         )
         graph = virtual_tank(settings, tank) + graph
+    if clock_offset_ns is None:
+        clock_offset_ns = ros_minus_monotonic_ns(time.time_ns)
+    graph = joined(graph, clock_offset_ns)
     return PlannedTrial(loaded, graph, Course.from_rig(loaded, duration), directory, port is None)
 
 

@@ -25,6 +25,7 @@ from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.polling import PolledSubscription
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 from towtank_node.stamps import stamp_ns
+from towtank_node.timers import create_steady_timer
 from towtank_rig import RigError, load_rig
 
 from towtank_compare import topics
@@ -84,7 +85,7 @@ class Comparison(Node):
         ]
         self._polls = 0
         self._diagnostics = NodeDiagnostics(self, POLL_PERIOD_S, self._counters)
-        self.create_timer(POLL_PERIOD_S, self._poll)
+        create_steady_timer(self, POLL_PERIOD_S, self._poll)
         self._diagnostics.ready("comparing")
 
     def _subscribe(self, message_type: Any, topic: str) -> PolledSubscription:

@@ -516,8 +516,9 @@ def test_a_step_of_the_hosts_clock_does_no_harm(graph, virtual_board, tmp_path, 
     made.node.trigger_configure()
     made.node.trigger_activate()
     made.spin_until(lambda: len(made.scans) >= 100)
-    before = made.node._ros_now_ns
-    made.node._ros_now_ns = lambda: before() + round(step_s * 1e9)
+    clock = made.node._trial_clock
+    before = clock.measured_offset_ns
+    clock.measured_offset_ns = lambda: before() + round(step_s * 1e9)
     told = f"the host's clock has stepped by {step_s:+.3f} s"
     made.spin_until(lambda: any(told in status.message for status in made.statuses))
     seen = len(made.scans)

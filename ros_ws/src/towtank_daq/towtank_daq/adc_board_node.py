@@ -26,7 +26,8 @@ from towtank_node.lifecycle import ManagedNode
 from towtank_node.main import run_nodes
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
-from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp
+from towtank_node.stamps import set_stamp
+from towtank_node.trial_clock import TrialClock
 from towtank_rig import RigError, load_rig
 from towtank_rig.conversion import crank_encoder
 
@@ -83,7 +84,8 @@ class AdcBoardNode(ManagedNode):
         crank = crank_encoder(load_rig(parameters.rig))
         counts = round(math.copysign(crank.counts_per_revolution, crank.per_count))
         self._drive = CrankDrive(counts, self._on_warning)
-        self.drive_node = CrankDriveNode(self.get_namespace(), board)
+        self._trial_clock = TrialClock(self)
+        self.drive_node = CrankDriveNode(self.get_namespace(), board, self._trial_clock)
         self._protocol = Protocol(board)
         self._port_path = parameters.port
         self._patience_s = parameters.patience_s
@@ -95,8 +97,6 @@ class AdcBoardNode(ManagedNode):
         self._ending = threading.Event()
         self._failure = ""
         self._failed = self.create_guard_condition(self._on_thread_failed)
-        self._ros_offset_ns = 0
-        self._ros_now_ns = lambda: int(self.get_clock().now().nanoseconds)
         self._told_step_s = 0.0
         self._latencies_s: list[float] = []
         self._scans = self.create_lifecycle_publisher(AdcScan, "adc_scan", SENSOR_QOS)
@@ -139,7 +139,8 @@ class AdcBoardNode(ManagedNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         # Taken once: slewing moves the system's and the monotonic clock alike, and a later step of
         # the system's clock must not tear the record
-        self._ros_offset_ns = ros_minus_monotonic_ns(self._ros_now_ns)
+        if not self._trial_clock.given:
+            self._trial_clock.offset_ns = self._trial_clock.measured_offset_ns()
         self._told_step_s = 0.0
         result = super().on_activate(state)
         try:
@@ -165,6 +166,7 @@ class AdcBoardNode(ManagedNode):
         self._drive.refuse(_NOT_ACTIVE)
         if self._failure:
             return TransitionCallbackReturn.ERROR
+        self._diagnostics.stop("not streaming: deactivated")
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -209,7 +211,7 @@ class AdcBoardNode(ManagedNode):
     def _publish(self, scan: Scan) -> None:
         with self._diagnostics.cycle():
             message = self._message
-            set_stamp(message.header.stamp, scan.stamp_ns + self._ros_offset_ns)
+            set_stamp(message.header.stamp, scan.stamp_ns + self._trial_clock.offset_ns)
             message.sequence = scan.sequence
             message.board_ticks = scan.ticks
             message.valid_mask = scan.valid_mask
@@ -232,7 +234,7 @@ class AdcBoardNode(ManagedNode):
         """How far the host's clock has stepped in the run, s; a step is told once."""
         if self._thread is None:
             return 0.0
-        step_s = (ros_minus_monotonic_ns(self._ros_now_ns) - self._ros_offset_ns) * 1e-9
+        step_s = (self._trial_clock.measured_offset_ns() - self._trial_clock.offset_ns) * 1e-9
         if abs(step_s - self._told_step_s) > _CLOCK_STEP_S:
             self._told_step_s = step_s
             self._on_warning(

@@ -15,6 +15,7 @@ from towtank_interfaces.msg import CrankDrive as CrankDriveMessage
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.qos import RELIABLE_QOS
+from towtank_node.trial_clock import TrialClock
 
 from towtank_daq.board import TRIP_ADVICE, BoardError, DriveState
 from towtank_daq.crank_drive import RPM, CrankDrive
@@ -33,17 +34,18 @@ _ACTIONS = {
 class CrankDriveNode(Node):
     """The drive of the board that the process has, in that node's namespace."""
 
-    def __init__(self, namespace: str, board: BoardDescription) -> None:
+    def __init__(self, namespace: str, board: BoardDescription, clock: TrialClock) -> None:
         # The process's name and parameters are those of the board's node
         super().__init__("crank_drive", namespace=namespace, use_global_arguments=False)
         self._board = board
+        self._trial_clock = clock
         self._drive: CrankDrive | None = None
         self._trip = "none"
         self._message = CrankDriveMessage()
         self._message.header.frame_id = "crank_drive"
         self._publisher = self.create_publisher(CrankDriveMessage, "~/state", RELIABLE_QOS)
         self.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
-        self.diagnostics = NodeDiagnostics(self, _PERIOD_S, lambda: {"trip": self._trip})
+        self.diagnostics = NodeDiagnostics(self, _PERIOD_S, lambda: {"trip": self._trip}, clock)
         self.diagnostics.ready()
 
     def attend(self, drive: CrankDrive | None) -> None:
@@ -53,7 +55,7 @@ class CrankDriveNode(Node):
     def publish(self, state: DriveState) -> None:
         """Publish what the board has told, and report a trip. From the serial thread."""
         message = self._message
-        message.header.stamp = self.get_clock().now().to_msg()
+        self._trial_clock.stamp(message.header.stamp)
         message.state = self._board.drive_state.get(state.state, 255)
         message.trip = self._board.drive_trip.get(state.trip, 255)
         message.target_rate = state.target_rpm * RPM

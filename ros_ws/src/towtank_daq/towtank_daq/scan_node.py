@@ -17,6 +17,7 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.scan_account import ScanAccount
 from towtank_node.stamps import stamp_ns
+from towtank_node.timers import create_steady_timer
 from towtank_rig import load_rig
 
 from towtank_daq.description import installed_description, load_description
@@ -46,7 +47,7 @@ class ScanNode(Node, ABC):
         self.diagnostics = NodeDiagnostics(
             self, 1.0 / self.rig.board.sample_rate.value, self._details
         )
-        self.create_timer(_HEALTH_PERIOD_S, self._tell_health)
+        create_steady_timer(self, _HEALTH_PERIOD_S, self._tell_health)
 
     def ready(self) -> None:
         """The node does its work; said once."""

@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
+import time
 
 import pytest
 import rclpy
@@ -15,7 +17,9 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from hypothesis import given
 from hypothesis import strategies as st
+from rclpy.clock import ClockType
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from std_msgs.msg import UInt32
@@ -24,7 +28,9 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.executor import StreamExecutor
 from towtank_node.parameters import Parameter, ParameterError, read_parameters
 from towtank_node.qos import RELIABLE_QOS
-from towtank_node.stamps import ros_minus_monotonic_ns, set_stamp, stamp_ns
+from towtank_node.stamps import SteadyTimes, ros_minus_monotonic_ns, set_stamp, stamp_ns
+from towtank_node.timers import create_steady_timer
+from towtank_node.trial_clock import TrialClock
 
 
 @pytest.fixture
@@ -198,7 +204,12 @@ def test_stream_executor_serves_with_a_message_those_that_come_soon_after(contex
     while not publisher.get_subscription_count():
         executor.spin_once()
 
+    sleep = time.sleep
+
     def pass_time(duration_s):
+        if threading.current_thread() is not threading.main_thread():
+            sleep(duration_s)  # the alarm's
+            return
         waits.append(duration_s)
         publisher.publish(UInt32(data=2))
 
@@ -208,6 +219,50 @@ def test_stream_executor_serves_with_a_message_those_that_come_soon_after(contex
         executor.spin_once()
     assert waits == [0.02]
     assert received[-2:] == [1, 2]
+    node.destroy_node()
+
+
+def test_stream_executor_ends_a_wait_that_hangs_on_the_systems_clock(context, monkeypatch):
+    """The middleware's timed wait is made one without end, as setting the clock back makes it."""
+    node = node_with(context)
+    executor = StreamExecutor(context=context)
+    executor.add_node(node)
+    node.create_subscription(UInt32, "never", lambda m: None, RELIABLE_QOS)
+    ticks = []
+    create_steady_timer(node, 0.2, lambda: ticks.append(1))
+    endless = []
+    real_wait_set = _rclpy.WaitSet
+
+    class WaitSet:
+        def __init__(self, *arguments):
+            self._wait_set = real_wait_set(*arguments)
+
+        def __getattr__(self, name):
+            return getattr(self._wait_set, name)
+
+        def wait(self, timeout_ns):
+            if timeout_ns > 0:
+                endless.append(1)
+            self._wait_set.wait(-1 if timeout_ns > 0 else timeout_ns)
+
+    monkeypatch.setattr("towtank_node.executor._rclpy.WaitSet", WaitSet)
+    while len(ticks) < 2 or not endless:
+        executor.spin_once()
+    executor.shutdown()
+    node.destroy_node()
+
+
+def test_steady_timer_is_not_on_the_nodes_clock(context):
+    """Whose time stands still here, as that of a system whose clock was set back."""
+    node = node_with(context, use_sim_time=True)
+    ticks = []
+    create_steady_timer(node, 0.01, lambda: ticks.append(1))
+    NodeDiagnostics(node, 1.0)
+    assert {timer.clock.clock_type for timer in node.timers} == {ClockType.STEADY_TIME}
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    while len(ticks) < 3:
+        executor.spin_once(timeout_sec=1.0)
     node.destroy_node()
 
 
@@ -241,6 +296,62 @@ def test_ros_clock_is_read_between_interruptions():
         return reading
 
     assert ros_minus_monotonic_ns(ros_ns, lambda: now) == pytest.approx(777, abs=50)
+
+
+_S = 1_000_000_000
+
+
+class _Host:
+    """A host with both clocks; the system's is ahead of the monotonic one by `offset_ns`."""
+
+    def __init__(self, offset_ns: int) -> None:
+        self.now_ns, self.offset_ns = 5 * _S, offset_ns
+
+    def monotonic_ns(self) -> int:
+        return self.now_ns
+
+    def system_ns(self) -> int:
+        return self.now_ns + self.offset_ns
+
+
+@given(
+    st.integers(-3600 * _S, 3600 * _S).filter(lambda step: abs(step) > _S // 2),
+    st.lists(st.integers(1, 30_000_000), min_size=30, max_size=60),
+    st.integers(0, 29),
+)
+def test_times_of_messages_know_nothing_of_a_step_of_the_clock(step_ns, intervals, step_at):
+    """Messages 1 to 30 ms apart and published 1 ms before, looked at every ten; the clock steps
+    between two of them. All times come out even, to the nanosecond."""
+    offset = 1_790_000_000 * _S
+    host = _Host(offset)
+    times = SteadyTimes(offset, host.system_ns, host.monotonic_ns)
+    noted, expected = [], []
+    for number, interval in enumerate(intervals):
+        if number == step_at:
+            host.offset_ns += step_ns
+        host.now_ns += interval
+        noted.append(host.system_ns())
+        expected.append(host.now_ns + offset)
+        if number % 10 == 9:
+            times.look()
+            received = [times.received(time_ns) for time_ns in noted]
+            assert received == expected
+            before = [t - 1_000_000 for t in noted]
+            assert list(map(times.published, before, received)) == [t - 1_000_000 for t in expected]
+            noted.clear()
+            expected.clear()
+
+
+def test_trial_clock_goes_on_where_the_trial_began(context):
+    """A node that is told the trial's offset stamps by it, whatever the system's clock says now."""
+    node = node_with(context, clock_offset_ns=7 * _S)
+    clock = TrialClock(node)
+    assert clock.given
+    before = time.monotonic_ns()
+    assert before + 7 * _S <= clock.now_ns() <= time.monotonic_ns() + 7 * _S
+    alone = TrialClock(node_with(context))
+    assert not alone.given
+    assert abs(alone.now_ns() - node.get_clock().now().nanoseconds) < _S
 
 
 @given(st.integers(0, 2**31 * 1_000_000_000 - 1))

@@ -16,6 +16,8 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from towtank_node.qos import RELIABLE_QOS
+from towtank_node.timers import create_steady_timer
+from towtank_node.trial_clock import TrialClock
 
 REPORT_PERIOD_S = 1.0
 
@@ -25,6 +27,7 @@ class NodeDiagnostics:
 
     period_s: the node's period, s; one cycle of work must be done within it.
     details: called at each report; returns further values to publish by name.
+    clock: that the statuses are stamped by; the node's own TrialClock if None.
     """
 
     def __init__(
@@ -32,6 +35,7 @@ class NodeDiagnostics:
         node: Any,
         period_s: float,
         details: Callable[[], dict[str, Any]] = dict,
+        clock: TrialClock | None = None,
     ) -> None:
         self._node = node
         self._period_s = period_s
@@ -40,10 +44,11 @@ class NodeDiagnostics:
         self._message = "starting"
         self._ready = False
         self._longest_s = 0.0
+        self._clock = clock or TrialClock(node)
         self.cycles = 0
         self.overruns = 0
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
-        self._timer = node.create_timer(REPORT_PERIOD_S, self.report)
+        create_steady_timer(node, REPORT_PERIOD_S, self.report)
 
     @contextmanager
     def cycle(self) -> Iterator[None]:
@@ -70,6 +75,13 @@ class NodeDiagnostics:
         self._level, self._message = DiagnosticStatus.WARN, message
         self.report()
 
+    def stop(self, message: str) -> None:
+        """The node does not do its work any more, as it was told. A failure before that stays."""
+        self._ready = False
+        if self._level != DiagnosticStatus.ERROR:
+            self._level, self._message = DiagnosticStatus.OK, message
+        self.report()
+
     def fail(self, message: str) -> None:
         """The node cannot do its work; `message` names the cause and the mend."""
         self._ready, self._level, self._message = False, DiagnosticStatus.ERROR, message
@@ -91,5 +103,5 @@ class NodeDiagnostics:
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
         array = DiagnosticArray(status=[status])
-        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._clock.stamp(array.header.stamp)
         self._publisher.publish(array)

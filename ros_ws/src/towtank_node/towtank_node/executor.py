@@ -6,14 +6,24 @@ parameter services, timers, guards) and make a wait set of it, all in Python: 0.
 message, several times what the message itself costs. Here the wait set holds the subscriptions
 alone, and all messages that have come are taken at once. Timers are served when they are due, and
 everything else at least every HOUSEKEEPING_PERIOD_S, by rclpy's own executor.
+
+The middleware's timed wait ends at a time of the system's clock: where that clock is set back, a
+wait of a tenth of a second lasts an hour unless a message ends it. An alarm on the steady clock
+does so.
 """
 
 from __future__ import annotations
 
+import math
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
+import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
 HOUSEKEEPING_PERIOD_S = 0.1
@@ -33,6 +43,12 @@ class StreamExecutor(SingleThreadedExecutor):
         super().__init__(**keywords)
         self._gather_s = gather_s
         self._housekeeping_at = 0.0
+        self._alarm = _Alarm(self.context)
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """As rclpy's; the alarm ends too."""
+        self._alarm.end()
+        return super().shutdown(timeout_sec)
 
     def spin_once(self, timeout_sec: float = HOUSEKEEPING_PERIOD_S) -> None:
         """Serve what comes within `timeout_sec` (s, at most HOUSEKEEPING_PERIOD_S is waited)."""
@@ -68,11 +84,13 @@ class StreamExecutor(SingleThreadedExecutor):
             time.sleep(timeout_ns / _NS)
             return
         with self.context.handle:
-            wait_set = _rclpy.WaitSet(len(waiting), 0, 0, 0, 0, 0, self.context.handle)
+            wait_set = _rclpy.WaitSet(len(waiting), 1, 0, 0, 0, 0, self.context.handle)
         wait_set.clear_entities()
         for subscription in waiting:
             wait_set.add_subscription(subscription.handle)
-        wait_set.wait(timeout_ns)
+        with self._alarm.within(timeout_ns / _NS) as guard:
+            wait_set.add_guard_condition(guard.handle)
+            wait_set.wait(timeout_ns)
         ready = wait_set.get_ready_entities("subscription")
         if ready:
             time.sleep(self._gather_s)
@@ -86,3 +104,38 @@ class StreamExecutor(SingleThreadedExecutor):
                 subscription.msg_type, subscription.raw
             ):
                 subscription.callback(taken[0])
+
+
+class _Alarm:
+    """Ends waits that last longer than they should; its thread begins with the first wait."""
+
+    def __init__(self, context: rclpy.Context) -> None:
+        self._guard = GuardCondition(None, None, context=context)
+        self._due = math.inf  # on the steady clock, s
+        self._ended = False
+        self._thread: threading.Thread | None = None
+
+    @contextmanager
+    def within(self, timeout_s: float) -> Iterator[GuardCondition]:
+        """Around a wait of `timeout_s`: triggers the guard condition when it should have ended."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._watch, name="alarm", daemon=True)
+            self._thread.start()
+        self._due = time.monotonic() + timeout_s
+        try:
+            yield self._guard
+        finally:
+            self._due = math.inf
+
+    def end(self) -> None:
+        """End the thread."""
+        self._ended = True
+        if self._thread is not None:
+            self._thread.join()
+        self._guard.destroy()
+
+    def _watch(self) -> None:
+        while not self._ended:
+            time.sleep(HOUSEKEEPING_PERIOD_S)
+            if time.monotonic() > self._due:
+                self._guard.trigger()

@@ -14,7 +14,8 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
-from towtank_node.stamps import ros_minus_monotonic_ns
+from towtank_node.timers import create_steady_timer
+from towtank_node.trial_clock import TrialClock
 from towtank_rig import RigError, load_rig, sensor_errors
 
 from towtank_sim.bench import Bench, BenchError, TrueState
@@ -72,9 +73,7 @@ class BenchNode(Node):
         faults = parse_faults(parameters.sensor_faults)
         self._bench = Bench(rig, errors, self._layout.channels, faults)
         self._socket = BenchSocket(parameters.socket)
-        self._ros_minus_monotonic = ros_minus_monotonic_ns(
-            lambda: self.get_clock().now().nanoseconds
-        )
+        self._ros_minus_monotonic = TrialClock(self).offset_ns
         self._first_stamp: int | None = None
         self._frames = 0
         self._frames_at_last_look = 0
@@ -89,7 +88,7 @@ class BenchNode(Node):
         self._matcher = StampMatcher(topics=len(inputs))
         for topic, (kind, name, read) in enumerate(inputs):
             self.create_subscription(kind, name, self._receiver(topic, read), SENSOR_QOS, raw=True)
-        self._watch = self.create_timer(_SILENCE_S, self._look_for_silence)
+        create_steady_timer(self, _SILENCE_S, self._look_for_silence)
 
     def close(self) -> None:
         """Give the socket back."""

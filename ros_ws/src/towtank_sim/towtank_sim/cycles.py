@@ -11,8 +11,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from towtank_node.timers import create_steady_timer
 
 _CYCLES_PER_CALL = 5
 
@@ -23,11 +23,7 @@ class Cycles:
     def __init__(self, node: Node, period_s: float, work: Callable[[], None]) -> None:
         self._period_s = period_s
         self._work = work
-        self._timer = node.create_timer(
-            _CYCLES_PER_CALL * period_s,
-            self._call,
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-        )
+        create_steady_timer(node, _CYCLES_PER_CALL * period_s, self._call)
 
     def _call(self) -> None:
         start = time.monotonic()

@@ -21,7 +21,7 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
-from towtank_node.stamps import ros_minus_monotonic_ns
+from towtank_node.trial_clock import TrialClock
 from towtank_rig import RigError, load_rig
 
 import sim_core as sc
@@ -79,9 +79,7 @@ class PlantNode(Node):
         self.create_service(SetDrive, "set_drive", self._set_drive)
         # Real time is the monotonic clock's: a plant cannot follow a simulated or a set clock.
         self._start_ns = time.monotonic_ns() + _TIME_TO_START_NS
-        self._stamp_of_start = self._start_ns + ros_minus_monotonic_ns(
-            lambda: self.get_clock().now().nanoseconds
-        )
+        self._stamp_of_start = self._start_ns + TrialClock(self).offset_ns
         self._cycles = Cycles(self, CYCLE_NS * 1e-9, self._catch_up)
         self._diagnostics.ready()
 
