@@ -24,15 +24,17 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from towtank_interfaces.msg import HeaveRatio, TrialEvent
+from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetDrive
 from towtank_node.executor import StreamExecutor
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 from towtank_node.trial_clock import TrialClock
 
+from towtank_bringup.crank_watch import CrankWatch
 from towtank_bringup.graph import Graph, RosNode, told_to_all
 
 SERVICE_TIMEOUT_S = 30.0
+CRANK_DRIVE = "/measured/crank_drive"
 _SPIN_S = 0.05
 
 
@@ -67,10 +69,14 @@ class Conductor(Node):
         self._statuses: dict[str, DiagnosticStatus] = {}
         self.ratios: dict[str, HeaveRatio] = {}
         self._trial_clock = TrialClock(self)
+        self._crank = CrankWatch()
         self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
         self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS)
+        self.create_subscription(
+            CrankDrive, f"{CRANK_DRIVE}/state", self._on_crank_drive, RELIABLE_QOS
+        )
         for source in ("measured", "twin"):
             self.create_subscription(
                 HeaveRatio,
@@ -84,10 +90,17 @@ class Conductor(Node):
         for status in array.status:
             self._statuses[status.name] = status
 
+    def _on_crank_drive(self, state: CrankDrive) -> None:
+        if words := self._crank.take(state):
+            self.say(words)
+
     def _check(self) -> None:
         self._watch()
+        if words := self._crank.fault():
+            raise TrialError(f"{words}: see that all is well and start a new trial")
         for name, status in self._statuses.items():
-            if status.level >= DiagnosticStatus.ERROR:
+            # The crank's drive is judged by its state: before the run a trip may be cleared
+            if status.level >= DiagnosticStatus.ERROR and name != CRANK_DRIVE:
                 raise TrialError(f"{name}: {status.message}")
         for node in self._lifecycle:
             if self.leading and not self._ready(node.full_name):
@@ -152,6 +165,17 @@ class Conductor(Node):
             )
         finally:
             self.destroy_subscription(subscription)
+
+    def hold_crank(self, tolerance: float) -> None:
+        """From now on the trial ends if the crank's drive does not hold its present speed.
+
+        tolerance: fraction of it.
+        """
+        self._crank.hold(tolerance)
+
+    def release_crank(self) -> None:
+        """The trial has no more need of the crank."""
+        self._crank.release()
 
     def call(self, service: type, name: str, request: Any, timeout_s: float) -> Any:
         """Call a service and wait for its answer; TrialError if there is none."""

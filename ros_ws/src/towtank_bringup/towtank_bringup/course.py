@@ -84,6 +84,7 @@ def run_course(
         STEADY_TIME_S,
         drive.start_timeout_s,
     )
+    conductor.hold_crank(STEADY_TOLERANCE)
     conductor.spin_for(course.settle_time)
 
     conductor.mark(TrialEvent.LOG_START)
@@ -91,6 +92,7 @@ def run_course(
     conductor.spin_for(course.duration, lambda: _show_progress(conductor, course, start))
     cpu_cores = (_cpu_seconds(process_tree) - busy) / (time.monotonic() - start)
     conductor.mark(TrialEvent.LOG_STOP)
+    conductor.release_crank()
 
     conductor.say("stopping the carriage and the crank")
     drive.stop(conductor, course)
