@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`towtank crank` on a board whose node runs: the real firmware, the virtual motor."""
+"""`towtank crank`: which trial it means, and on a board whose node runs: the real firmware, the
+virtual motor."""
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import rclpy
@@ -13,6 +18,9 @@ from towtank_bringup.graph import FIRMWARE_IMAGE, VIRTUAL_BOARD, Program, RosNod
 from towtank_bringup.plan import firmware_folder
 from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.rigs import rig_path
+from towtank_bringup.ros_domain import DomainError, domain_of_environment
+from towtank_bringup.run_file import RunFileError, RunningTrial, _process_start
+from towtank_bringup.verbs.crank import emergency_domains, one_domain
 from towtank_interfaces.msg import CrankDrive
 from towtank_node.qos import RELIABLE_QOS
 
@@ -28,9 +36,19 @@ def crank(*words: str) -> tuple[int, str]:
     return done.returncode, done.stderr.strip()
 
 
+@pytest.fixture
+def runtime(monkeypatch, tmp_path):
+    """A runtime folder for run files."""
+    folder = tmp_path / "runtime"
+    folder.mkdir()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(folder))
+    return folder / "towtank"
+
+
 @pytest.mark.real_time
 @pytest.mark.timeout(120)
-def test_the_crank_obeys(tmp_path):
+def test_the_crank_obeys(tmp_path, runtime, monkeypatch):
+    """Also where the trial's own process hangs: the calls go past it to the board's node."""
     firmware = firmware_folder()
     board = Program(
         "virtual_board",
@@ -49,6 +67,8 @@ def test_the_crank_obeys(tmp_path):
         {"rig": str(rig_path("nit_calicut_2012")), "port": str(tmp_path / "board")},
         lifecycle=True,
     )
+    hung = subprocess.Popen(["sleep", "600"])
+    hung.send_signal(signal.SIGSTOP)
     graph = (board, node)
     processes = ProcessGroup(tmp_path / "logs")
     conductor = None
@@ -60,6 +80,10 @@ def test_the_crank_obeys(tmp_path):
             CrankDrive, "/measured/crank_drive/state", states.append, RELIABLE_QOS
         )
         conductor.bring_up()
+        trial = led_by(hung, tmp_path / "trial", int(os.environ["ROS_DOMAIN_ID"]))
+        runtime.mkdir(mode=0o700)
+        (runtime / trial.file_name).write_text(trial.text())
+        monkeypatch.delenv("ROS_DOMAIN_ID")
         status, words = crank("run", "61")
         assert (status, "give 5 to 60 rpm" in words) == (1, True)
         assert crank("run", "10") == (0, "")
@@ -67,16 +91,85 @@ def test_the_crank_obeys(tmp_path):
         assert crank("stop") == (0, "")
         conductor.wait_until(lambda: states[-1].state == CrankDrive.STOPPED, 20.0, "rest")
         assert states[-1].trip == CrankDrive.NONE
+
+        assert crank("run", "10", "--trial", str(tmp_path / "trial")) == (0, "")
+        conductor.wait_until(lambda: states[-1].crank_rate > 0.5, 20.0, "turning")
+        status, words = crank("emergency-stop")
+        assert (status, words) == (0, f"emergency stop: {trial}")
+        conductor.wait_until(lambda: states[-1].state == CrankDrive.TRIPPED, 5.0, "trip")
+        assert states[-1].trip == CrankDrive.EMERGENCY_STOP
+        status, words = crank("run", "10")
+        assert (status, "emergency stop" in words) == (1, True)
+        assert crank("clear") == (0, "")
+        conductor.wait_until(lambda: states[-1].state == CrankDrive.STOPPED, 20.0, "cleared")
         conductor.shut_down()
     finally:
+        hung.kill()
+        hung.wait()
         if conductor is not None:
             conductor.close()
             rclpy.shutdown()
         processes.stop()
 
 
+def led_by(process, directory: Path, domain: int) -> RunningTrial:
+    trial = RunningTrial.of_this_process(directory, domain, False)
+    return replace(trial, pid=process.pid, process_start=_process_start(process.pid))
+
+
+def running(*trials: tuple[str, int]) -> list[RunningTrial]:
+    return [RunningTrial.of_this_process(Path(name), domain, False) for name, domain in trials]
+
+
+def test_without_a_trial_it_says_so_at_once(runtime, monkeypatch):
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    for verb, remedy in (("stop", "`towtank trial`"), ("emergency-stop", "emergency-stop button")):
+        status, words = crank(verb)
+        assert (status, remedy in words, len(words.splitlines())) == (1, True, 1), words
+
+
+def test_one_trial_is_asked():
+    assert one_domain(running(("/a", 7)), None, None) == 7
+    both = running(("/a", 7), ("/b", 8))
+    assert one_domain(both, Path("/b"), None) == 8
+    with pytest.raises(RunFileError, match="2 trials run: say which with --trial DIR"):
+        one_domain(both, None, None)
+
+
+def test_a_domain_that_is_set_is_where_is_asked():
+    """As everywhere in ROS: also of a graph that was started by hand, which has no run file."""
+    both = running(("/a", 7), ("/b", 8))
+    assert one_domain(both, None, 8) == 8
+    assert one_domain(both, None, 9) == 9
+    assert one_domain([], None, 9) == 9
+    assert one_domain(both, Path("/a"), 8) == 7
+
+
+def test_an_emergency_stop_goes_to_all():
+    both = running(("/a", 7), ("/b", 8))
+    assert emergency_domains(both, None, None) == ([7, 8], [])
+    assert emergency_domains(both, None, 7) == ([7, 8], [])
+    assert emergency_domains(both, None, 9) == ([7, 8], [9])
+    assert emergency_domains([], None, 9) == ([9], [])
+    assert emergency_domains(both, Path("/b"), 9) == ([8], [])
+    with pytest.raises(RunFileError, match="no trial of yours runs"):
+        emergency_domains([], None, None)
+
+
+@pytest.mark.parametrize("text", ["300", "-1", "seven", "7.0", "²"])
+def test_a_domain_that_there_is_not_is_named(monkeypatch, text):
+    monkeypatch.setenv("ROS_DOMAIN_ID", text)
+    with pytest.raises(DomainError, match="give 0 to 232, or unset it"):
+        domain_of_environment()
+
+
 @pytest.mark.timeout(60)
-def test_without_a_board_it_says_so():
+def test_a_domain_without_a_board_is_told_of_with_where_trials_run(runtime, tmp_path):
+    trial = replace(running(("/trials/a", 0))[0], domain=232)
+    runtime.mkdir(mode=0o700)
+    (runtime / trial.file_name).write_text(trial.text())
     status, words = crank("stop")
     assert status == 1
     assert "start a trial on the board first" in words
+    assert "ROS_DOMAIN_ID is" in words
+    assert "/trials/a (real board, ROS domain 232" in words

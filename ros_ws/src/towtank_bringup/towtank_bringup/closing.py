@@ -15,11 +15,16 @@ from towtank_rig import RigError
 
 from towtank_bringup.conductor import TrialError
 from towtank_bringup.processes import ProcessError
+from towtank_bringup.ros_domain import DomainError
+from towtank_bringup.run_file import RunFileError
 from towtank_bringup.trial_directory import TrialDirectory
 
 
 class IncompleteTrial(RuntimeError):
     """The trial did not end well; its directory is marked. One line: cause and mend."""
+
+
+_EXPECTED = (TrialError, ProcessError, RigError, BagError, RunFileError, DomainError)
 
 
 @contextlib.contextmanager
@@ -32,7 +37,7 @@ def marked(directory: TrialDirectory) -> Iterator[None]:
         yield
     except BaseException as error:
         directory.incomplete()
-        if isinstance(error, (TrialError, ProcessError, RigError, BagError)):
+        if isinstance(error, _EXPECTED):
             raise IncompleteTrial(f"{error} (trial marked incomplete)") from error
         if isinstance(error, OSError):
             place = error.filename or directory.path

@@ -14,9 +14,11 @@ from towtank_rig import RigError
 from towtank_bringup.closing import IncompleteTrial, close_trial, marked
 from towtank_bringup.conductor import open_conductor
 from towtank_bringup.course import drive_for, run_course
-from towtank_bringup.plan import PlanError, plan_trial
+from towtank_bringup.plan import PlanError, PlannedTrial, plan_trial
 from towtank_bringup.progress import ProgressLine
 from towtank_bringup.result_table import print_result
+from towtank_bringup.ros_domain import domain_of_environment
+from towtank_bringup.run_file import announced
 from towtank_bringup.stop_request import StopRequest
 
 
@@ -34,18 +36,9 @@ def main() -> int:
     try:
         planned = plan_trial(**vars(arguments))
         with StopRequest() as stop, marked(planned.directory):
-            conductor = open_conductor(planned.graph, stop.check, say)
-            try:
-                # The nodes are siblings: children of the launch process.
-                run_course(
-                    conductor,
-                    planned.course,
-                    drive_for(planned.on_virtual_tank),
-                    psutil.Process().parent(),
-                )
-            finally:
-                conductor.close()
-                rclpy.try_shutdown()
+            domain = domain_of_environment() or 0  # ROS's default
+            with announced(planned.directory.path, domain, planned.on_virtual_tank):
+                _conduct(planned, stop, say)
             print_result(close_trial(planned.directory, say), planned.directory.path)
     except (IncompleteTrial, PlanError, RigError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -54,3 +47,18 @@ def main() -> int:
         print("stopped (trial marked incomplete)", file=sys.stderr)
         return 130
     return 0
+
+
+def _conduct(planned: PlannedTrial, stop: StopRequest, say: ProgressLine) -> None:
+    conductor = open_conductor(planned.graph, stop.check, say)
+    try:
+        # The nodes are siblings: children of the launch process.
+        run_course(
+            conductor,
+            planned.course,
+            drive_for(planned.on_virtual_tank),
+            psutil.Process().parent(),
+        )
+    finally:
+        conductor.close()
+        rclpy.try_shutdown()

@@ -1,65 +1,143 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`towtank crank`: set the crank's drive from another terminal while a graph runs."""
+"""`towtank crank`: set the crank's drive from another terminal while a trial runs.
+
+An emergency stop waits for what is imported here and below: no more than it needs.
+"""
 
 from __future__ import annotations
 
-import click
-import rclpy
-from towtank_daq.crank_drive import RPM
-from towtank_interfaces.srv import SetCrankSpeed
-from towtank_node.executor import StreamExecutor
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
-SERVICE = "/measured/crank_drive/set_speed"
-_WAIT_S = 5.0
+import click
+
+from towtank_bringup.ros_domain import DomainError, domain_of_environment
+from towtank_bringup.run_file import (
+    RunFileError,
+    RunningTrial,
+    choose_trial,
+    listed,
+    running_trials,
+)
 
 
 @click.group(name="crank")
 def command() -> None:
-    """Drive the crank of the board that a running trial has."""
+    """Drive the crank of a running trial, from another terminal.
+
+    The trial is found by itself; of several, --trial says which. A ROS_DOMAIN_ID that is set says
+    where to look, as everywhere in ROS 2. An emergency stop goes to all running trials, and to that
+    domain, unless --trial names one.
+    """
+
+
+def _of_a_trial(function: Callable[..., Any]) -> Callable[..., Any]:
+    return click.option(
+        "--trial",
+        "directory",
+        metavar="DIR",
+        type=click.Path(path_type=Path),
+        help="The trial that is meant, by its directory.",
+    )(function)
 
 
 @command.command()
 @click.argument("rpm", type=float)
-def run(rpm: float) -> None:
+@_of_a_trial
+def run(rpm: float, directory: Path | None) -> None:
     """Bring the crank to RPM (5 to 60), softly."""
-    _ask(SetCrankSpeed.Request(action=SetCrankSpeed.Request.RUN, crank_rate=rpm * RPM))
+    from towtank_daq.crank_drive import RPM  # the driver takes its time to import
+
+    _ask_one(directory, "RUN", rpm * RPM)
 
 
 @command.command()
-def stop() -> None:
+@_of_a_trial
+def stop(directory: Path | None) -> None:
     """Bring the crank to rest, softly."""
-    _ask(SetCrankSpeed.Request(action=SetCrankSpeed.Request.STOP))
+    _ask_one(directory, "STOP")
 
 
 @command.command(name="emergency-stop")
-def emergency_stop() -> None:
+@_of_a_trial
+def emergency_stop(directory: Path | None) -> None:
     """Take the motor's power at once; the trip must be cleared."""
-    _ask(SetCrankSpeed.Request(action=SetCrankSpeed.Request.EMERGENCY_STOP))
+    from towtank_bringup.crank_call import CrankCalls
+
+    trials = running_trials()
+    try:
+        wanted, besides = emergency_domains(trials, directory, domain_of_environment())
+    except (RunFileError, DomainError) as error:
+        raise click.ClickException(f"{error}. {_OUTSIDE}") from error
+    with CrankCalls([*wanted, *besides]) as calls:
+        refusals = calls.ask("EMERGENCY_STOP", insistent=wanted)
+    for domain in wanted:
+        if domain not in refusals:
+            click.echo(f"emergency stop: {_name(trials, domain)}", err=True)
+    told = [why for domain, why in refusals.items() if domain in wanted]
+    if told:
+        raise click.ClickException(f"{'; '.join(told)}. {_OUTSIDE}")
+
+
+_OUTSIDE = "Use the emergency-stop button"
 
 
 @command.command()
-def clear() -> None:
+@_of_a_trial
+def clear(directory: Path | None) -> None:
     """Clear a trip; the crank stays at rest."""
-    _ask(SetCrankSpeed.Request(action=SetCrankSpeed.Request.CLEAR_TRIP))
+    _ask_one(directory, "CLEAR_TRIP")
 
 
-def _ask(request: SetCrankSpeed.Request) -> None:
-    rclpy.init()
-    node = rclpy.create_node("crank_command")
+def one_domain(trials: list[RunningTrial], directory: Path | None, domain_set: int | None) -> int:
+    """Where to ask one drive. Raises RunFileError where it is not clear which.
+
+    A domain that is set is taken even if no known trial is in it: a graph that was started by hand
+    has no run file.
+    """
+    if directory is None and domain_set is not None:
+        return domain_set
+    return choose_trial(trials, directory).domain
+
+
+def emergency_domains(
+    trials: list[RunningTrial], directory: Path | None, domain_set: int | None
+) -> tuple[list[int], list[int]]:
+    """Where an emergency stop must, and where it besides may find a drive.
+
+    Nobody who needs one has the time to choose: all that is known is stopped. Raises RunFileError
+    where nothing is known.
+    """
+    if directory is not None:
+        return [choose_trial(trials, directory).domain], []
+    wanted = list(dict.fromkeys(trial.domain for trial in trials))
+    if not wanted and domain_set is None:
+        choose_trial(trials)  # which says that there is none
+    set_one = [] if domain_set is None or domain_set in wanted else [domain_set]
+    return (wanted, set_one) if wanted else (set_one, [])
+
+
+def _ask_one(directory: Path | None, action: str, crank_rate: float = 0.0) -> None:
+    from towtank_bringup.crank_call import CrankCalls
+
+    trials = running_trials()
     try:
-        executor = StreamExecutor()
-        executor.add_node(node)
-        client = node.create_client(SetCrankSpeed, SERVICE)
-        if not client.wait_for_service(_WAIT_S):
-            raise click.ClickException(
-                f"no {SERVICE} within {_WAIT_S:g} s: start a trial on the board first"
+        domain = one_domain(trials, directory, domain_of_environment())
+    except (RunFileError, DomainError) as error:
+        raise click.ClickException(str(error)) from error
+    with CrankCalls([domain]) as calls:
+        refusals = calls.ask(action, crank_rate)
+    if refusals:
+        elsewhere = [trial for trial in trials if trial.domain != domain]
+        remedy = ""
+        if elsewhere and directory is None:
+            remedy = (
+                f". ROS_DOMAIN_ID is {domain}, but trials run elsewhere (unset it, or say which "
+                f"with --trial DIR): {listed(elsewhere)}"
             )
-        future = client.call_async(request)
-        executor.spin_until_future_complete(future, _WAIT_S)
-        if not future.done():
-            raise click.ClickException(f"{SERVICE} does not answer: see the board's node")
-        if not future.result().success:
-            raise click.ClickException(future.result().message)
-    finally:
-        node.destroy_node()
-        rclpy.shutdown()
+        raise click.ClickException(refusals[domain] + remedy)
+
+
+def _name(trials: list[RunningTrial], domain: int) -> str:
+    return listed([trial for trial in trials if trial.domain == domain]) or f"ROS domain {domain}"

@@ -25,6 +25,8 @@ from towtank_bringup.plan import PlanError, PlannedTrial, plan_trial
 from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.progress import ProgressLine
 from towtank_bringup.result_table import print_result
+from towtank_bringup.ros_domain import domain_of_environment
+from towtank_bringup.run_file import announced
 from towtank_bringup.stop_request import StopRequest
 from towtank_bringup.trial_directory import TrialDirectoryError
 
@@ -69,7 +71,10 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
             raise click.ClickException(f"{error}: give a new one with --out") from error
         try:
             with StopRequest() as stop, marked(planned.directory):
-                with _ros_domain():
+                with (
+                    _ros_domain() as domain,
+                    announced(planned.directory.path, domain, planned.on_virtual_tank),
+                ):
                     _start_and_lead(planned, stop, say)
                 result = close_trial(planned.directory, say)
         except IncompleteTrial as error:
@@ -114,15 +119,19 @@ def _runtime_folder() -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def _ros_domain() -> Iterator[None]:
-    """Two trials on one machine must not hear each other: take a ROS domain that is free."""
-    if "ROS_DOMAIN_ID" in os.environ:
-        yield
+def _ros_domain() -> Iterator[int]:
+    """Two trials on one machine must not hear each other: take a ROS domain that is free.
+
+    One that the environment names is kept. Yields the domain.
+    """
+    if (chosen := domain_of_environment()) is not None:
+        yield chosen
         return
     reservation = domain_id()
-    os.environ["ROS_DOMAIN_ID"] = str(reservation.__enter__())
+    domain = reservation.__enter__()
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
     try:
-        yield
+        yield domain
     finally:
         del os.environ["ROS_DOMAIN_ID"]
         # Not told of errors: it would take an OSError of the trial for a domain that is in use.
