@@ -10,7 +10,6 @@ Without `port` the virtual tank runs; TOWTANK_FIRMWARE must then name the folder
 
 import atexit
 import shutil
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -27,6 +26,7 @@ from launch.event_handlers import OnProcessIO
 from launch.events.process import ProcessExited, ProcessIO
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
+from towtank_bringup.environment import check_ros_variables, make_runtime_folder
 from towtank_bringup.graph import Graph, Item, NodeGroup, Program, told_to_all
 from towtank_bringup.plan import plan_trial
 from towtank_bringup.processes import STOP_TIMEOUT_S
@@ -43,7 +43,11 @@ ARGUMENTS = {
     "sensor_faults": ("", "virtual tank: broken sensors and wires, CHANNEL:KIND@START[-STOP],…"),
 }
 CHOICES = {"noise": ["rig", "none"]}
-ENVIRONMENT = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "OPENBLAS_NUM_THREADS": "1"}
+ENVIRONMENT = {
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    "OPENBLAS_NUM_THREADS": "1",
+    "PYTHONUTF8": "1",
+}
 """What the script `towtank` sets too, unless it is set otherwise; it says why."""
 
 
@@ -127,7 +131,8 @@ def in_order(graph: Graph) -> list:
 def trial(context: LaunchContext) -> list:
     """The graph's actions, and the conductor's, with the arguments as they are now."""
     value = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    runtime = Path(tempfile.mkdtemp(prefix="towtank-"))
+    check_ros_variables()
+    runtime = make_runtime_folder()
     # Run when `ros2 launch` ends: all processes have ended then.
     atexit.register(shutil.rmtree, runtime, ignore_errors=True)
     planned = plan_trial(

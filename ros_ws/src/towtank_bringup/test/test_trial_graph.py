@@ -10,7 +10,11 @@ import types
 from pathlib import Path
 
 import pytest
+import rclpy
 from ament_index_python.packages import get_package_share_directory
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from towtank_bringup.environment import NO_LOG_FILES
 from towtank_bringup.graph import (
     BOARD_RESTARTS,
     FIRMWARE_IMAGE,
@@ -73,7 +77,24 @@ def test_parameters_are_passed_as_yaml(firmware, tmp_path):
 
 def test_nodes_of_one_process_name_themselves():
     command = command_of(NodeGroup("towtank_daq", "sensors", ("/a/b", "/c"), {"rig": "r"}))
-    assert command[1:] == ["--ros-args", "-p", 'rig:="r"']
+    assert command[1:] == [*NO_LOG_FILES, "-p", 'rig:="r"']
+
+
+@settings(max_examples=20)  # each has a node of its own
+@given(st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0")))
+@example("tow 🐟")
+@example("a\\\"b: #{c}'\t\n\x7f\x85\u2028")
+def test_any_text_arrives_as_a_parameter(text):
+    """Through the command line and rcl's reader."""
+    command = command_of(NodeGroup("towtank_daq", "sensors", ("/a",), {"rig": text}))
+    context = rclpy.Context()
+    rclpy.init(args=command, context=context)
+    try:
+        node = rclpy.create_node("reader", context=context)
+        assert node.declare_parameter("rig", "").value == text
+        node.destroy_node()
+    finally:
+        context.shutdown()
 
 
 def test_missing_port_is_named(firmware, tmp_path):

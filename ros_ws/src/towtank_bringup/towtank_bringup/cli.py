@@ -8,6 +8,10 @@ import sys
 
 import click
 
+from towtank_bringup.environment import EnvironmentProblem
+from towtank_bringup.standard_streams import OutputError, guard_standard_streams
+from towtank_bringup.stop_request import Stopped
+
 VERBS = {
     "trial": "Record a trial and report it.",
     "compare": "Heave ratios of a recorded bag.",
@@ -51,19 +55,35 @@ def towtank() -> None:
 
 def main() -> None:
     """Run the command; errors that a user can mend are one line and exit status 1."""
+    guard_standard_streams()
+    sys.exit(_run())
+
+
+def _run() -> int:
+    """Run the command and say in one line why it ended, if not well. Returns the exit status."""
     try:
-        sys.exit(towtank.main(prog_name="towtank", standalone_mode=False))
+        status = towtank.main(prog_name="towtank", standalone_mode=False)
+        sys.stdout.flush()
+        return status
     except click.exceptions.Exit as end:
-        sys.exit(end.exit_code)
+        return end.exit_code
     except click.UsageError as error:
-        print(f"towtank: error: {error.format_message()}", file=sys.stderr)
-        sys.exit(2)
+        return _failed(error.format_message(), 2)
     except click.ClickException as error:
-        print(f"towtank: error: {error.format_message()}", file=sys.stderr)
-        sys.exit(1)
+        return _failed(error.format_message())
+    except (EnvironmentProblem, OutputError) as error:
+        return _failed(str(error))
+    except Stopped as stop:
+        print("towtank: stopped", file=sys.stderr)
+        return stop.status
     except (click.Abort, KeyboardInterrupt):
         print("towtank: stopped", file=sys.stderr)
-        sys.exit(130)
+        return 130
+
+
+def _failed(why: str, status: int = 1) -> int:
+    print(f"towtank: error: {why}", file=sys.stderr)
+    return status
 
 
 if __name__ == "__main__":

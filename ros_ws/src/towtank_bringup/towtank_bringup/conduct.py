@@ -19,7 +19,8 @@ from towtank_bringup.progress import ProgressLine
 from towtank_bringup.result_table import print_result
 from towtank_bringup.ros_domain import domain_of_environment
 from towtank_bringup.run_file import announced
-from towtank_bringup.stop_request import StopRequest
+from towtank_bringup.standard_streams import guard_standard_streams
+from towtank_bringup.stop_request import Stopped, StopRequest
 
 
 def main() -> int:
@@ -31,26 +32,29 @@ def main() -> int:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--runtime", type=Path, required=True)
     parser.add_argument("--clock-offset-ns", type=int, required=True)
-    arguments, _ = parser.parse_known_args()  # launch adds --ros-args
+    arguments, ros_arguments = parser.parse_known_args()  # launch adds --ros-args
+    guard_standard_streams()
     say = ProgressLine()
     try:
         planned = plan_trial(**vars(arguments))
         with StopRequest() as stop, marked(planned.directory):
             domain = domain_of_environment() or 0  # ROS's default
             with announced(planned.directory.path, domain, planned.on_virtual_tank):
-                _conduct(planned, stop, say)
+                _conduct(planned, stop, say, ros_arguments)
             print_result(close_trial(planned.directory, say), planned.directory.path)
     except (IncompleteTrial, PlanError, RigError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
+    except Stopped as stopped:
         print("stopped (trial marked incomplete)", file=sys.stderr)
-        return 130
+        return stopped.status
     return 0
 
 
-def _conduct(planned: PlannedTrial, stop: StopRequest, say: ProgressLine) -> None:
-    conductor = open_conductor(planned.graph, stop.check, say)
+def _conduct(
+    planned: PlannedTrial, stop: StopRequest, say: ProgressLine, ros_arguments: list[str]
+) -> None:
+    conductor = open_conductor(planned.graph, stop.check, say, ros_arguments)
     try:
         # The nodes are siblings: children of the launch process.
         run_course(

@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
@@ -31,6 +31,7 @@ from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 from towtank_node.trial_clock import TrialClock
 
 from towtank_bringup.crank_watch import CrankWatch
+from towtank_bringup.environment import NO_LOG_FILES
 from towtank_bringup.graph import Graph, RosNode, told_to_all
 
 SERVICE_TIMEOUT_S = 30.0
@@ -283,8 +284,11 @@ class Conductor(Node):
 
 
 def open_conductor(
-    graph: Graph, watch: Callable[[], None], say: Callable[[str], None]
+    graph: Graph,
+    watch: Callable[[], None],
+    say: Callable[[str], None],
+    ros_arguments: Sequence[str] = NO_LOG_FILES,
 ) -> Conductor:
     """A conductor in a ROS context without signal handlers: Ctrl-C stays the caller's."""
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=[*ros_arguments], signal_handler_options=SignalHandlerOptions.NO)
     return Conductor(graph, watch, say)

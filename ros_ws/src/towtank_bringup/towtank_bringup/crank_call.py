@@ -16,6 +16,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from towtank_interfaces.srv import SetCrankSpeed
 
+from towtank_bringup.environment import NO_LOG_FILES
+
 SERVICE = "/measured/crank_drive/set_speed"
 _WAIT_S = 5.0
 _BESIDES_S = 1.0
@@ -69,6 +71,7 @@ class _Drive:
         self._domain = domain
         self._context = Context()
         rclpy.init(
+            args=[*NO_LOG_FILES],
             context=self._context,
             domain_id=domain,
             signal_handler_options=SignalHandlerOptions.NO,

@@ -16,6 +16,7 @@ from towtank_rig import Rig, load_rig
 from towtank_rig.conversion import crank_encoder
 from towtank_sim.terminal_faults import FaultError, TerminalFaults, parse_faults
 
+from towtank_bringup.environment import as_text
 from towtank_bringup.graph import (
     FIRMWARE_IMAGE,
     VIRTUAL_BOARD,
@@ -102,8 +103,8 @@ def plan_trial(
 ) -> PlannedTrial:
     """Plan a trial. See `towtank trial --help` for the arguments.
 
-    runtime: an existing folder for the virtual board's pty link and socket; keep it short, a
-    socket's path may have 107 characters.
+    runtime: an existing folder for the virtual board's pty link and socket, as
+    environment.make_runtime_folder() makes it.
     clock_offset_ns: of the trial's clock, as towtank_node.trial_clock has it; read now if None.
     Raises RigError for a bad rig file, PlanError for what else cannot be.
     """
@@ -127,13 +128,17 @@ def plan_trial(
     directory = TrialDirectory(
         (out or Path("trials") / f"{rig_file.stem}-{now:%Y%m%dT%H%M%SZ}").absolute()
     )
-    settings = TrialSettings(rig_file, directory.bag, port or runtime / "board")
+    settings = TrialSettings(
+        as_text(rig_file, runtime, "rig.yaml"),
+        as_text(directory.path, runtime, "trial") / directory.bag.name,
+        port or runtime / "board",
+    )
     graph = measurement(settings)
     if port is None:
         plant_rig_file = rig_path(plant_rig) if plant_rig else rig_file
         load_rig(plant_rig_file)
         tank = VirtualTankSettings(
-            plant_rig=plant_rig_file,
+            plant_rig=as_text(plant_rig_file, runtime, "plant_rig.yaml"),
             firmware=firmware_folder(),
             runtime=runtime,
             crank_cpr=crank_encoder(loaded).counts_per_revolution,

@@ -12,9 +12,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
+from towtank_bringup.environment import NO_LOG_FILES
 from towtank_bringup.graph import Graph, Item, Program, RosNode
 
 STOP_TIMEOUT_S = 10.0
@@ -35,12 +37,28 @@ def command_of(item: Item) -> list[str]:
         raise ProcessError(
             f"package {item.package} is not in the environment: build the workspace and source it"
         ) from error
-    command = [str(prefix / "lib" / item.package / item.executable), "--ros-args"]
+    command = [str(prefix / "lib" / item.package / item.executable), *NO_LOG_FILES]
     if isinstance(item, RosNode):
         command += ["-r", f"__ns:={item.namespace}", "-r", f"__node:={item.name}"]
     for name, value in item.parameters.items():
-        command += ["-p", f"{name}:={json.dumps(value)}"]  # JSON is the YAML that rcl reads
+        command += ["-p", f"{name}:={_yaml(value)}"]
     return command
+
+
+def _yaml(value: Any) -> str:
+    """A parameter's value in the YAML that rcl reads: JSON, but for text.
+
+    JSON writes a character beyond the first 65536 as a pair, which is no YAML.
+    """
+    if not isinstance(value, str):
+        return json.dumps(value)
+    return '"' + "".join(map(_yaml_character, value)) + '"'
+
+
+def _yaml_character(character: str) -> str:
+    if character.isascii() and character.isprintable() and character not in '"\\':
+        return character
+    return f"\\U{ord(character):08X}"
 
 
 def _die_with_parent() -> None:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import tempfile
 import threading
 import time
 from collections.abc import Iterator
@@ -16,6 +15,7 @@ from towtank_rig.conversion import crank_encoder
 from towtank_sim.bench_frame import BenchFrameLayout
 from towtank_sim.bench_socket import BenchSocket, BenchSocketError
 
+from towtank_bringup.environment import runtime_folder
 from towtank_bringup.graph import VirtualTankSettings, virtual_board
 from towtank_bringup.plan import conversion_noise, firmware_folder
 from towtank_bringup.processes import ProcessGroup
@@ -28,21 +28,22 @@ _LEAD_NS = 50_000_000
 def virtual_station(rig: Rig, rig_file: Path, seed: int) -> Iterator[tuple[Path, VirtualSensors]]:
     """Run a virtual board; yields its port and its sensors, whose errors are drawn by the seed.
 
-    Raises PlanError if the board is not built, ProcessError or BenchSocketError if it fails.
+    Raises PlanError if the board is not built, ProcessError or BenchSocketError if it fails,
+    EnvironmentProblem if there is no folder for its socket.
     """
     layout = BenchFrameLayout()
     sensors = VirtualSensors(rig, sensor_errors.draw(rig, seed), layout.channels)
-    with tempfile.TemporaryDirectory(prefix="towtank-") as folder:
+    with runtime_folder() as folder:
         settings = VirtualTankSettings(
             plant_rig=rig_file,
             firmware=firmware_folder(),
-            runtime=Path(folder),
+            runtime=folder,
             crank_cpr=crank_encoder(rig).counts_per_revolution,
             carriage_cpr=rig.sensors.carriage_encoder.counts_per_revolution,
             conversion_noise=conversion_noise(rig),
             seed=seed,
         )
-        processes = ProcessGroup(Path(folder) / "logs")
+        processes = ProcessGroup(folder / "logs")
         try:
             processes.start((virtual_board(settings),), processes.check)
             with BenchSocket(str(settings.bench_socket)) as socket, _fed(socket, layout, sensors):

@@ -3,30 +3,25 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import shutil
-import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import click
 import psutil
 import rclpy
-from domain_coordinator import domain_id
 from towtank_rig import RigError
 
 from towtank_bringup.closing import IncompleteTrial, close_trial, marked
 from towtank_bringup.conductor import Conductor, open_conductor
 from towtank_bringup.course import drive_for, run_course
+from towtank_bringup.environment import ros_domain, runtime_folder
 from towtank_bringup.plan import PlanError, PlannedTrial, plan_trial
 from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.progress import ProgressLine
 from towtank_bringup.result_table import print_result
-from towtank_bringup.ros_domain import domain_of_environment
 from towtank_bringup.run_file import announced
+from towtank_bringup.standard_streams import OutputError
 from towtank_bringup.stop_request import StopRequest
 from towtank_bringup.trial_directory import TrialDirectoryError
 
@@ -58,33 +53,32 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
     if virtual and wishes["port"]:
         raise click.UsageError("--virtual and --port exclude each other: give one")
     say = ProgressLine()
-    with _runtime_folder() as runtime:
-        try:
+    try:
+        with runtime_folder() as runtime, ros_domain() as domain:
             planned = plan_trial(runtime=runtime, **wishes)
-        except (PlanError, RigError) as error:
-            raise click.ClickException(str(error)) from error
-        for note in planned.notes():
-            say(note)
-        try:
+            for note in planned.notes():
+                say(note)
             planned.directory.create()
-        except TrialDirectoryError as error:
-            raise click.ClickException(f"{error}: give a new one with --out") from error
-        try:
-            with StopRequest() as stop, marked(planned.directory):
-                with (
-                    _ros_domain() as domain,
-                    announced(planned.directory.path, domain, planned.on_virtual_tank),
-                ):
-                    _start_and_lead(planned, stop, say)
-                result = close_trial(planned.directory, say)
-        except IncompleteTrial as error:
-            raise click.ClickException(str(error)) from error
-        finally:
-            say.close()
-    if as_json:
-        click.echo(json.dumps(result, indent=2))
-    else:
-        print_result(result, planned.directory.path)
+            try:
+                with StopRequest() as stop, marked(planned.directory):
+                    with announced(planned.directory.path, domain, planned.on_virtual_tank):
+                        _start_and_lead(planned, stop, say)
+                    result = close_trial(planned.directory, say)
+            finally:
+                say.close()
+    except TrialDirectoryError as error:
+        raise click.ClickException(f"{error}: give a new one with --out") from error
+    except (PlanError, RigError, IncompleteTrial) as error:
+        raise click.ClickException(str(error)) from error
+    try:
+        if as_json:
+            click.echo(json.dumps(result, indent=2))
+        else:
+            print_result(result, planned.directory.path)
+    except OutputError as error:
+        raise click.ClickException(
+            f"{error}: the trial is whole, see {planned.directory.result}"
+        ) from error
 
 
 def _start_and_lead(planned: PlannedTrial, stop: StopRequest, say: ProgressLine) -> None:
@@ -107,32 +101,3 @@ def _start_and_lead(planned: PlannedTrial, stop: StopRequest, say: ProgressLine)
             rclpy.try_shutdown()
         for name in processes.stop():
             say(f"warning: {name} did not stop by itself and was killed")
-
-
-@contextlib.contextmanager
-def _runtime_folder() -> Iterator[Path]:
-    folder = Path(tempfile.mkdtemp(prefix="towtank-"))
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-@contextlib.contextmanager
-def _ros_domain() -> Iterator[int]:
-    """Two trials on one machine must not hear each other: take a ROS domain that is free.
-
-    One that the environment names is kept. Yields the domain.
-    """
-    if (chosen := domain_of_environment()) is not None:
-        yield chosen
-        return
-    reservation = domain_id()
-    domain = reservation.__enter__()
-    os.environ["ROS_DOMAIN_ID"] = str(domain)
-    try:
-        yield domain
-    finally:
-        del os.environ["ROS_DOMAIN_ID"]
-        # Not told of errors: it would take an OSError of the trial for a domain that is in use.
-        reservation.__exit__(None, None, None)
