@@ -104,6 +104,12 @@ def check_consistency(board: dict[str, Any]) -> None:
                 not (slot[side] == "AVSS" and buffered),
                 f"{where}: its {side} input is AVSS, below the range of its buffer",
             )
+    for channel in channels:
+        limits = channel.get("output_limits_volts")
+        check(
+            not limits or limits["minimum"] < channel["output_reference_volts"] < limits["maximum"],
+            f"{channel['name']}: output_limits_volts do not hold output_reference_volts",
+        )
     # Each channel has a setup of its own, because it has a gain of its own; housekeeping has one.
     check(len(channels) + 1 <= MAXIMUM_SETUPS, "channels: the ADC has eight setups")
     setups = {source["setup"] for source in board["housekeeping"]}
@@ -323,6 +329,9 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     yield "/* Analog front end, one element per channel. */"
     for key in ("gain", "output_reference_volts", "pole_hz", "noise_volts"):
         yield define(f"BOARD_AFE_{key.upper()}", braces([channel[key] for channel in channels]))
+    for bound, none in (("minimum", "-INFINITY"), ("maximum", "INFINITY")):
+        limits = [channel.get("output_limits_volts", {}).get(bound, none) for channel in channels]
+        yield define(f"BOARD_AFE_OUTPUT_{bound.upper()}_VOLTS", braces(limits))
     deflections = [channel.get("self_test_volts", 0.0) for channel in channels]
     yield define("BOARD_AFE_SELF_TEST_VOLTS", braces(deflections))
     yield ""

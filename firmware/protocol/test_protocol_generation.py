@@ -25,6 +25,10 @@ from schema_hash import load_board, schema_hash
 Board = dict[str, Any]
 
 
+def reference_outside_the_amplifiers_swing(board: Board) -> None:
+    board["channels"][0]["output_reference_volts"] = 1.25
+
+
 def shared_type(board: Board) -> None:
     board["commands"]["sync"]["type"] = board["commands"]["stop"]["type"]
 
@@ -94,6 +98,7 @@ class Generation(unittest.TestCase):
 
     def test_contradictions_are_refused(self) -> None:
         spoilers: list[tuple[Callable[[Board], None], str]] = [
+            (reference_outside_the_amplifiers_swing, "output_limits_volts"),
             (shared_type, "frame types"),
             (response_of_a_command, "frame types"),
             (missing_channel, "data.codes"),
@@ -144,7 +149,7 @@ class SchemaHash(unittest.TestCase):
             path = Path(folder) / "board.yaml"
             path.write_text(text + "# one more comment\n", encoding="utf-8")
             same = schema_hash(load_board(path))
-            path.write_text(text.replace("gain: 40.37", "gain: 40.38"), encoding="utf-8")
+            path.write_text(text.replace("gain: 35.96", "gain: 35.97"), encoding="utf-8")
             other = schema_hash(load_board(path))
         self.assertEqual(same, schema_hash(load_board(BOARD_YAML)))
         self.assertNotEqual(other, same)

@@ -5,6 +5,8 @@
 
 static const double gain[] = BOARD_AFE_GAIN;
 static const double output_reference_volts[] = BOARD_AFE_OUTPUT_REFERENCE_VOLTS;
+static const double output_minimum_volts[] = BOARD_AFE_OUTPUT_MINIMUM_VOLTS;
+static const double output_maximum_volts[] = BOARD_AFE_OUTPUT_MAXIMUM_VOLTS;
 static const double pole_hz[] = BOARD_AFE_POLE_HZ;
 static const uint16_t channel_register[] = BOARD_ADC_CHANNELS_REGISTERS;
 
@@ -18,6 +20,8 @@ void afe_init(afe *front_end, const bench_input *input, const double noise_volts
         front_end->noise_volts[i] = noise_volts[i];
         front_end->self_test_volts[i] = self_test_volts[i];
         front_end->time_constant_ns[i] = 1e9 / (2.0 * 3.14159265358979323846 * pole_hz[i]);
+        front_end->lowest_volts[i] = (output_minimum_volts[i] - output_reference_volts[i]) / gain[i];
+        front_end->highest_volts[i] = (output_maximum_volts[i] - output_reference_volts[i]) / gain[i];
         // Which pins a channel uses stands in its CHANNEL register.
         unsigned positive = channel_register[i] >> 5 & 0x1F;
         unsigned negative = channel_register[i] & 0x1F;
@@ -40,6 +44,23 @@ static double pole_response(double y0, double u0, double slope, double tau, doub
     return u0 + slope * t - lag + (y0 - u0 + lag) * exp(-t / tau);
 }
 
+// The same for an input that stops at two limits, from one crossing of a limit to the next.
+static double limited_response(double y, double u, double slope, double tau, double duration, double low,
+                               double high)
+{
+    while (duration > 0.0) {
+        bool below = u < low || (u == low && slope < 0.0);
+        bool above = u > high || (u == high && slope > 0.0);
+        double limit = below ? low : above ? high : slope < 0.0 ? low : high;
+        double crossing = slope == 0.0 ? INFINITY : (limit - u) / slope;
+        double step = crossing > 0.0 && crossing < duration ? crossing : duration;
+        y = below || above ? pole_response(y, limit, 0.0, tau, step) : pole_response(y, u, slope, tau, step);
+        u = limit;
+        duration -= step;
+    }
+    return y;
+}
+
 // Moves the filters along one straight piece of input, from `from` towards `to` (NULL: held for ever).
 static void integrate(afe *front_end, const bench_sample *from, const bench_sample *to, double until_ns)
 {
@@ -51,7 +72,8 @@ static void integrate(afe *front_end, const bench_sample *from, const bench_samp
         if (front_end->self_test)
             u0 += front_end->self_test_volts[i];
         front_end->filtered[i] =
-            pole_response(front_end->filtered[i], u0, slope, front_end->time_constant_ns[i], step);
+            limited_response(front_end->filtered[i], u0, slope, front_end->time_constant_ns[i], step,
+                             front_end->lowest_volts[i], front_end->highest_volts[i]);
     }
     front_end->time_ns = until_ns;
 }
@@ -64,7 +86,8 @@ bool afe_advance(afe *front_end, double time_ns)
     if (!front_end->settled) {
         const bench_sample *sample = bench_input_at(input, input->first);
         for (unsigned i = 0; i < BOARD_CHANNEL_COUNT; i++)
-            front_end->filtered[i] = sample->volts[i];
+            front_end->filtered[i] =
+                fmin(fmax(sample->volts[i], front_end->lowest_volts[i]), front_end->highest_volts[i]);
         front_end->cursor = input->first;
         front_end->time_ns = sample->time_ns;
         front_end->settled = true;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The analog front end between the terminals and the ADC's pins: gain, output reference and one pole per
-// channel, and the bridges' reference derived from the excitation. The pole is integrated exactly over the
+// The analog front end between the terminals and the ADC's pins: gain, output reference, limits of the
+// amplifier's output and one pole per channel, and the bridges' reference derived from the excitation. The pole is integrated exactly over the
 // straight lines between bench samples, so that sparse frames cost no accuracy.
 #ifndef VBOARD_AFE_H
 #define VBOARD_AFE_H
@@ -17,6 +17,8 @@ typedef struct afe {
     random_source noise_source;
     double noise_volts[BOARD_CHANNEL_COUNT];
     double time_constant_ns[BOARD_CHANNEL_COUNT];
+    double lowest_volts[BOARD_CHANNEL_COUNT];  // at the terminals: there the amplifier's output ends
+    double highest_volts[BOARD_CHANNEL_COUNT];
     int channel_of_pin[AFE_PIN_COUNT];  // the channel whose signal is on this ADC pin, or -1
     double offset_of_pin[AFE_PIN_COUNT];
     double self_test_volts[BOARD_CHANNEL_COUNT];

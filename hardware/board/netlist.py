@@ -187,8 +187,9 @@ def _references(board: Board) -> None:
     board.resistor("R404", "30k", "EXC10", "REFIN1")
     board.resistor("R405", "10k", "REFIN1", "GND")
     board.capacitor("C403", "1u film", "REFIN1")
-    # REF: an eighth, buffered: resistance at an INA128's REF spoils its common-mode rejection.
-    board.resistor("R406", "69.8k", "EXC10", "REF_IN")
+    # REF: 0.151 of the excitation, so that a bridge at zero leaves the amplifiers above their
+    # guaranteed swing. Buffered: resistance at an INA128's REF spoils its common-mode rejection.
+    board.resistor("R406", "56.2k", "EXC10", "REF_IN")
     board.resistor("R407", "10k", "REF_IN", "GND")
     board.capacitor("C404", "100n", "REF_IN")
     board.place(
@@ -229,7 +230,7 @@ def _bridge(board: Board, block: int, connector: str, name: str, ain: str) -> No
         **{"IN+": plus, "IN-": minus, "RG1": f"{name}_RG1", "RG2": f"{name}_RG2"},
         **{"OUT": output, "REF": "REF", "V+": "12V", "V-": "GND"},
     )
-    board.resistor(ref("R", 5), "1.27k", f"{name}_RG1", f"{name}_RG2")
+    board.resistor(ref("R", 5), "1.43k", f"{name}_RG1", f"{name}_RG2")
     board.resistor(ref("R", 6), "3.9k", output, ain)
     board.capacitor(ref("C", 4), "1u film", ain, "REF")
     board.capacitor(ref("C", 5), "2.2n", ain)

@@ -45,13 +45,13 @@ _TWO = (("1", "1", "passive"), ("2", "2", "passive"))
 RESISTORS = {
     kind.name: kind
     for kind in (
-        _resistor("1.27k", "RG1608P-1271-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("1.43k", "RG1608P-1431-B-T5", "0.1 %, 25 ppm/K"),
         _resistor("3k", "RG1608P-302-B-T5", "0.1 %, 25 ppm/K"),
         _resistor("10k", "RG1608P-103-B-T5", "0.1 %, 25 ppm/K"),
         _resistor("12k", "RG1608P-123-B-T5", "0.1 %, 25 ppm/K"),
         _resistor("13.7k", "RG1608P-1372-B-T5", "0.1 %, 25 ppm/K"),
         _resistor("30k", "RG1608P-303-B-T5", "0.1 %, 25 ppm/K"),
-        _resistor("69.8k", "RG1608P-6982-B-T5", "0.1 %, 25 ppm/K"),
+        _resistor("56.2k", "RG1608P-5622-B-T5", "0.1 %, 25 ppm/K"),
         _resistor("97.6k", "RG1608P-9762-B-T5", "0.1 %, 25 ppm/K"),
         _resistor("220", "RC0603FR-07220RL", "1 %"),
         _resistor("499", "RC0603FR-07499RL", "1 %"),

@@ -27,7 +27,7 @@ POLLING_S = 10e-6
 BRIDGE = (0, 1, BIPOLAR)  # AIN0 − AIN1, reference REFIN1
 EXCITATION = (7, AVSS, INTERNAL_REFERENCE)
 
-GAIN_BRIDGE = 40.37
+GAIN_BRIDGE = 35.96
 POLE_BRIDGE_HZ = 40.7
 
 
@@ -49,7 +49,7 @@ def settle(probe, volts) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_codes_follow_the_closed_form(open_probe, seed):
     random = np.random.default_rng(seed)
-    bridge = random.uniform(-0.03, 0.05)  # the pins stay within their limits
+    bridge = random.uniform(-0.003, 0.045)  # above the amplifier's guaranteed swing
     accelerometer = random.uniform(0.0, 2.49)
     excitation = random.uniform(9.0, 12.0)
     probe = open_probe()
@@ -134,6 +134,15 @@ def test_a_reference_below_the_least_is_no_reference(open_probe):
     code, was_out = out_of_range(open_probe(), 0.1, BIPOLAR | REF_BUFP, excitation=2.0)
     assert was_out
     assert abs(code - bipolar_code(0.1 / (0.5 * 0.95))) <= 0.51
+
+
+@pytest.mark.parametrize("bridge", [-0.05, -0.0033])
+def test_amplifier_ends_at_its_guaranteed_swing(open_probe, bridge):
+    probe = open_probe()
+    settle(probe, (bridge, 0.0, 1.65, 1.65, 2.31, 10.0))
+    probe.set_up_scan(BRIDGE)
+    _, (conversion,) = probe.convert(1)
+    assert conversion.code == pytest.approx(bipolar_code((1.4 - 1.516) / 2.5), abs=0.51)
 
 
 def test_internal_reference_must_be_switched_on(open_probe):
@@ -240,7 +249,9 @@ def test_pole_is_exact_between_sparse_frames(open_probe):
     random = np.random.default_rng(7)
     start = probe.board.now_ns + MILLISECOND
     times = start + 10 * MILLISECOND * np.arange(60)  # 10 ms apart, 2.5 time constants
-    bridge = random.uniform(-0.03, 0.05, times.size)
+    # Half of it below −3.2 mV, where the amplifier's output ends at 1.4 V, and through that limit.
+    bridge = random.uniform(-0.05, 0.045, times.size)
+    lowest = (1.4 - 1.516) / GAIN_BRIDGE
     for time, volts in zip(times, bridge, strict=True):
         probe.push(int(time), (volts, 0.0, 1.65, 1.65, 2.31, 10.0), crank=0.002)
     probe.set_up_scan(BRIDGE, EXCITATION)
@@ -253,7 +264,8 @@ def test_pole_is_exact_between_sparse_frames(open_probe):
         tau = 1 / (2 * math.pi * POLE_BRIDGE_HZ)
         u = np.interp(grid, times * 1e-9, bridge)
         fine = np.linspace(grid[0], middle_s, 20_001)
-        y = lsim(([1.0], [tau, 1.0]), np.interp(fine, grid, u), fine, X0=[u[0] * tau])[1]
+        u = np.maximum(np.interp(fine, grid, u), lowest)
+        y = lsim(([1.0], [tau, 1.0]), u, fine, X0=[u[0] * tau])[1]
         measured = (conversions[0].code / 2**23 - 1) * 2.5 / GAIN_BRIDGE
         # The output moves by at most 0.08 V/τ = 20 V/s: 10 µs of doubt about the instant are
         # 0.2 mV; the grid of 0.03 ms adds a tenth of that.

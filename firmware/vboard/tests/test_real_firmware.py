@@ -21,7 +21,7 @@ COUNTS = 2400
 def expected_codes(volts: tuple[float, ...]) -> list[float]:
     """Closed form of every channel's code."""
     reference = volts[5] / 4
-    bridges = [2**23 * (40.37 * v / reference + 1) for v in volts[:2]]
+    bridges = [2**23 * (35.96 * v / reference + 1) for v in volts[:2]]
     return bridges + [2**24 * v / 2.5 for v in volts[2:5]] + [2**24 * 0.2 * volts[5] / 2.5]
 
 

@@ -114,4 +114,4 @@ def test_drawings_show_every_part_with_its_value(board, sheets):
         for word in element.text.split()
     }
     assert board.parts.keys() <= texts
-    assert {"1.27k", "3.9k", "INA128", "AD7124-8"} <= texts
+    assert {"1.43k", "3.9k", "INA128", "AD7124-8"} <= texts

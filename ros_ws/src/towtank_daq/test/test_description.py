@@ -24,7 +24,7 @@ def written(path: Path, change) -> Path:
 def test_bridge_codes_are_ratiometric(description):
     """10 mV at the bridge: 0.4037 V of 2.5 V, bipolar, against the amplifier's own reference."""
     channel = description.adc_channel("fish_pressure", 10.0)
-    code = 2**23 * (0.01 * 40.37 / 2.5 + 1)
+    code = 2**23 * (0.01 * 35.96 / 2.5 + 1)
     assert channel.volts(code) == pytest.approx(0.01, abs=1e-12)
 
 

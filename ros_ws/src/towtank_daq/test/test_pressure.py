@@ -25,8 +25,8 @@ def sensor(rig, description):
 
 
 def code_of(bridge_volts: float) -> int:
-    """Hand formula: INA128 gain 40.37, bipolar AD7124 code at 2.5 V."""
-    return round(2**23 * (40.37 * bridge_volts / 2.5 + 1))
+    """Hand formula: INA128 gain 35.96, bipolar AD7124 code at 2.5 V."""
+    return round(2**23 * (35.96 * bridge_volts / 2.5 + 1))
 
 
 def codes(depth: float, rig, noise: float = 0.0) -> list[int]:
@@ -44,7 +44,7 @@ def at_rest(sensor, rig, depth: float, scans: int = 200, scatter_m: float = 0.0)
 
 
 def test_known_depth(sensor, rig):
-    """One code is 40.37^-1 * 2.5 V / 2^23 = 7.4 nV, 0.94 um of water."""
+    """One code is 35.96^-1 * 2.5 V / 2^23 = 8.3 nV, 1.06 um of water."""
     reading = sensor.process(codes(1.5, rig), ALL_VALID)
     assert reading.depth == pytest.approx(1.5, abs=1e-6)
     weight = rig.water.density.value * rig.water.gravity.value
@@ -148,9 +148,9 @@ def test_uncertainty_before_zeroing_covers_the_offset(sensor, rig):
 
 
 def test_type_a_is_the_scatter_at_rest(sensor, rig):
-    """The rig's noise until then: sensor and board 0.5 µV each, 0.09 mm."""
+    """The rig's noise until then: sensor 0.5 µV and board 0.56 µV, 0.096 mm."""
     before = sensor.process(codes(1.0, rig), ALL_VALID)
-    assert before.depth_type_a == pytest.approx(0.09e-3, rel=0.05)
+    assert before.depth_type_a == pytest.approx(0.096e-3, rel=0.01)
     at_rest(sensor, rig, 1.2, scatter_m=0.0002)
     sensor.zero()
     after = sensor.process(codes(1.25, rig), ALL_VALID)

@@ -139,7 +139,7 @@ def time_ns(stamp) -> int:
 
 
 def bridge(volts: float) -> int:
-    return round(2**23 * (40.37 * volts / 2.5 + 1))
+    return round(2**23 * (35.96 * volts / 2.5 + 1))
 
 
 def single_ended(volts: float) -> int:

