@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinds of part on the board and at its connectors: pins, maker, order number.
+"""The kinds of part on the board and at its connectors: pins, maker, order number, footprint.
 
-Pin numbers and order numbers are from memory of the makers' documents: hold them against these
-before a layout or an order.
+Where KiCad's own libraries have a part's symbol or footprint, the tests hold pins and pads against
+them. `source` says what else a part's pins and limits were held against. Order numbers are from
+memory of the makers' documents: look them up before an order.
 """
 
 from __future__ import annotations
@@ -16,6 +17,10 @@ class Kind:
 
     pins: (number, name, type); types are `in`, `out`, `tri` (an output that can let go), `power`
     (takes a supply), `supply` (gives one), `passive` and `free` (may stay open).
+    footprint, symbol: of KiCad's libraries, "library:name"; no symbol if they have none.
+    symbol_names: (pin's name here, in the symbol), where they differ; ~ is a pin without a name.
+    pads: (pin's number, its pads), where the footprint numbers them otherwise.
+    source: where pins and limits come from, beside KiCad's libraries.
     """
 
     name: str
@@ -23,24 +28,70 @@ class Kind:
     order_number: str
     description: str
     pins: tuple[tuple[str, str, str], ...]
+    footprint: str = ""
+    symbol: str = ""
+    symbol_names: tuple[tuple[str, str], ...] = ()
+    pads: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    source: str = ""
+
+    def pads_of(self, number: str) -> tuple[str, ...]:
+        """The footprint's pads of a pin; none where the pin is not brought to the board."""
+        return dict(self.pads).get(number, ()) if self.pads else (number,)
+
+
+_METRIC = {"0603": "0603_1608Metric", "1206": "1206_3216Metric", "2512": "2512_6332Metric"}
 
 
 def _resistor(value: str, order_number: str, tolerance: str, size: str = "0603") -> Kind:
-    maker = "Susumu" if order_number.startswith("RG") else "Yageo"
-    return Kind(value, maker, order_number, f"resistor {size}, {tolerance}", _TWO)
+    return Kind(
+        value,
+        "Susumu" if order_number.startswith("RG") else "Yageo",
+        order_number,
+        f"resistor {size}, {tolerance}",
+        _TWO,
+        footprint=f"Resistor_SMD:R_{_METRIC[size]}",
+        symbol="Device:R",
+        symbol_names=_NAMELESS,
+    )
 
 
-def _capacitor(value: str, maker: str, order_number: str, description: str) -> Kind:
-    return Kind(value, maker, order_number, f"capacitor, {description}", _TWO)
+def _capacitor(
+    value: str, maker: str, order_number: str, description: str, footprint: str, symbol: str = "C"
+) -> Kind:
+    return Kind(
+        value,
+        maker,
+        order_number,
+        f"capacitor, {description}",
+        _TWO,
+        footprint=footprint,
+        symbol=f"Device:{symbol}",
+        symbol_names=_NAMELESS,
+    )
+
+
+def _ceramic(value: str, order_number: str, description: str, size: str = "0603") -> Kind:
+    footprint = f"Capacitor_SMD:C_{_METRIC[size]}"
+    return _capacitor(value, "Murata", order_number, description, footprint)
 
 
 def _terminals(poles: int, order_number: str) -> Kind:
-    pins = tuple((str(n), str(n), "passive") for n in range(1, poles + 1))
-    name, description = f"MC 1,5/{poles}-G-3,81", f"header for plug-in terminals, {poles} poles"
-    return Kind(name, "Phoenix Contact", order_number, description, pins)
+    numbers = [str(n) for n in range(1, poles + 1)]
+    return Kind(
+        f"MC 1,5/{poles}-G-3,81",
+        "Phoenix Contact",
+        order_number,
+        f"header for plug-in terminals, {poles} poles",
+        tuple((n, n, "passive") for n in numbers),
+        footprint="Connector_Phoenix_MC:"
+        f"PhoenixContact_MC_1,5_{poles}-G-3.81_1x0{poles}_P3.81mm_Horizontal",
+        symbol=f"Connector_Generic:Conn_01x0{poles}",
+        symbol_names=tuple((n, f"Pin_{n}") for n in numbers),
+    )
 
 
 _TWO = (("1", "1", "passive"), ("2", "2", "passive"))
+_NAMELESS = (("1", "~"), ("2", "~"))
 
 RESISTORS = {
     kind.name: kind
@@ -68,15 +119,35 @@ RESISTORS = {
 CAPACITORS = {
     kind.name: kind
     for kind in (
-        _capacitor("1n", "Murata", "GRM1885C1H102JA01D", "C0G 0603, 5 %, 50 V"),
-        _capacitor("2.2n", "Murata", "GRM1885C1H222JA01D", "C0G 0603, 5 %, 50 V"),
-        _capacitor("10n", "Murata", "GRM1885C1H103JA01D", "C0G 0603, 5 %, 50 V"),
-        _capacitor("100n C0G", "Murata", "GRM31C5C1H104JA01L", "C0G 1206, 5 %, 50 V"),
-        _capacitor("100n", "Murata", "GRM188R71H104KA93D", "X7R 0603, 10 %, 50 V"),
-        _capacitor("1u film", "WIMA", "MKS2C041001F00JSSD", "polyester film, 5 %, 63 V"),
-        _capacitor("10u", "Murata", "GRM31CR61E106KA12L", "X5R 1206, 10 %, 25 V"),
-        _capacitor("10u tantalum", "Kemet", "T491B106K025AT", "tantalum B, 10 %, 25 V"),
-        _capacitor("100u", "Panasonic", "EEE-FK1V101P", "electrolytic, 20 %, 35 V"),
+        _ceramic("1n", "GRM1885C1H102JA01D", "C0G 0603, 5 %, 50 V"),
+        _ceramic("2.2n", "GRM1885C1H222JA01D", "C0G 0603, 5 %, 50 V"),
+        _ceramic("10n", "GRM1885C1H103JA01D", "C0G 0603, 5 %, 50 V"),
+        _ceramic("100n C0G", "GRM31C5C1H104JA01L", "C0G 1206, 5 %, 50 V", size="1206"),
+        _ceramic("100n", "GRM188R71H104KA93D", "X7R 0603, 10 %, 50 V"),
+        _capacitor(
+            "1u film",
+            "WIMA",
+            "MKS2C041001F00JSSD",
+            "polyester film, 5 %, 63 V",
+            "Capacitor_THT:C_Rect_L7.2mm_W4.5mm_P5.00mm_FKS2_FKP2_MKS2_MKP2",
+        ),
+        _ceramic("10u", "GRM31CR61E106KA12L", "X5R 1206, 10 %, 25 V", size="1206"),
+        _capacitor(
+            "10u tantalum",
+            "Kemet",
+            "T491B106K025AT",
+            "tantalum B, 10 %, 25 V",
+            "Capacitor_Tantalum_SMD:CP_EIA-3528-21_Kemet-B",
+            symbol="C_Polarized",
+        ),
+        _capacitor(
+            "100u",
+            "Panasonic",
+            "EEE-FK1V101P",
+            "electrolytic, 20 %, 35 V",
+            "Capacitor_SMD:CP_Elec_8x10",
+            symbol="C_Polarized",
+        ),
     )
 }
 
@@ -106,6 +177,9 @@ AD7124 = Kind(
         ("32", "CS", "in"),
         ("33", "EP", "power"),
     ),
+    footprint="Package_CSP:LFCSP-32-1EP_5x5mm_P0.5mm_EP3.6x3.6mm",
+    source="Pins 1 to 8, 26, 33 and the footprint: published parts of others; pins 9 to 25 and 27 "
+    "to 32: memory of the data sheet; limits: a published review against its revision F",
 )
 INA128 = Kind(
     "INA128",
@@ -122,6 +196,13 @@ INA128 = Kind(
         ("7", "V+", "power"),
         ("8", "RG2", "passive"),
     ),
+    footprint="Package_SO:SOIC-8_3.9x4.9mm_P1.27mm",
+    symbol="Amplifier_Instrumentation:INA128",
+    symbol_names=(
+        *(("RG1", "Rg"), ("RG2", "Rg"), ("IN-", "-"), ("IN+", "+")),
+        *(("REF", "Ref"), ("OUT", "~")),
+    ),
+    source="SBOS051: gain error, offset, noise, input range; output swing from memory of it",
 )
 OPA333 = Kind(
     "OPA333",
@@ -135,6 +216,9 @@ OPA333 = Kind(
         ("4", "IN-", "in"),
         ("5", "V+", "power"),
     ),
+    footprint="Package_TO_SOT_SMD:SOT-23-5",
+    symbol="Amplifier_Operational:OPA333xxDBV",
+    symbol_names=(("OUT", "~"), ("IN+", "+"), ("IN-", "-")),
 )
 
 
@@ -150,7 +234,17 @@ def _lp2951(name: str, order_number: str, description: str, tap: tuple[str, str]
         ("7", "FB", "in"),
         ("8", "IN", "power"),
     )
-    return Kind(name, "Texas Instruments", order_number, description, pins)
+    return Kind(
+        name,
+        "Texas Instruments",
+        order_number,
+        description,
+        pins,
+        footprint="Package_SO:SOIC-8_3.9x4.9mm_P1.27mm",
+        symbol="Regulator_Linear:LP2951-3.3_SOIC",
+        symbol_names=(("ERROR", "~{ERROR}"), ("TAP", "VTAP"), ("FB", "FEEDBACK")),
+        source="Another maker's LP2951 data sheet: absolute limits, 160 K/W",
+    )
 
 
 LP2951 = _lp2951(
@@ -165,7 +259,10 @@ R78E5 = Kind(
     "R-78E5.0-0.5",
     "5 V switching regulator, 500 mA",
     (("1", "IN", "power"), ("2", "GND", "power"), ("3", "OUT", "supply")),
+    footprint="Converter_DCDC:Converter_DCDC_RECOM_R-78E-0.5_THT",
+    symbol="Regulator_Switching:R-78E5.0-0.5",
 )
+_FOUR = range(1, 5)
 LVC244 = Kind(
     "74LVC244A",
     "Texas Instruments",
@@ -182,6 +279,13 @@ LVC244 = Kind(
         ("10", "GND", "power"),
         ("20", "VCC", "power"),
     ),
+    footprint="Package_SO:TSSOP-20_4.4x6.5mm_P0.65mm",
+    # KiCad's symbol counts as other makers do: from 0, and the second half from its other end.
+    symbol="74xx:74HC244",
+    symbol_names=(
+        *((f"1{side}{n}", f"1{side}{n - 1}") for side in "AY" for n in _FOUR),
+        *((f"2{side}{n}", f"2{side}{4 - n}") for side in "AY" for n in _FOUR),
+    ),
 )
 AHCT125 = Kind(
     "74AHCT1G125",
@@ -195,6 +299,9 @@ AHCT125 = Kind(
         ("4", "Y", "out"),
         ("5", "VCC", "power"),
     ),
+    footprint="Package_TO_SOT_SMD:SOT-23-5",
+    symbol="74xGxx:74AHCT1G125",
+    symbol_names=(("OE", "~"), ("A", "~"), ("Y", "~")),
 )
 # Arduino's pin is the number, the ATmega2560's the name.
 MEGA_PINS = {
@@ -218,6 +325,16 @@ MEGA_PINS = {
 }
 _MEGA_OUTPUTS = ("6", "7", "48", "49", "51", "52", "53")
 _MEGA_FREE = ("0", "1", "13")  # wired on the Mega itself: USB bridge and LED
+# The header by which the Mega is wired to the board, pad by pad; between the two rows of a ribbon a
+# ground stands beside what is fast.
+_MEGA_HEADER = (
+    *("VIN", "GND", "5V", "GND", "52", "2", "51", "21", "50", "GND"),
+    *("53", "20", "49", "19", "48", "18", "6", "8", "7", "GND"),
+)
+_MEGA_PADS = {
+    pin: tuple(str(pad) for pad, at in enumerate(_MEGA_HEADER, start=1) if at == pin)
+    for pin in dict.fromkeys(_MEGA_HEADER)
+}
 MEGA = Kind(
     "Arduino Mega 2560",
     "Arduino",
@@ -232,6 +349,11 @@ MEGA = Kind(
             for n, port in MEGA_PINS.items()
         ),
     ),
+    # Not soldered on: a header of 2 x 10 poles, from which short wires or a ribbon go to it.
+    footprint="Connector_PinHeader_2.54mm:PinHeader_2x10_P2.54mm_Vertical",
+    symbol="Connector_Generic:Conn_02x10_Odd_Even",
+    pads=tuple(_MEGA_PADS.items()),
+    source="Arduino's pin mapping of the ATmega2560, which the firmware's pins.h is held against",
 )
 PFET = Kind(
     "IRLML9301",
@@ -239,6 +361,8 @@ PFET = Kind(
     "IRLML9301TRPBF",
     "p-channel FET, 30 V, 64 mΩ, SOT-23",
     (("1", "G", "passive"), ("2", "S", "passive"), ("3", "D", "passive")),
+    footprint="Package_TO_SOT_SMD:SOT-23",
+    symbol="Transistor_FET:IRLML9301",
 )
 ZENER = Kind(
     "BZX84-C12",
@@ -246,6 +370,8 @@ ZENER = Kind(
     "BZX84-C12,215",
     "zener diode 12 V, SOT-23",
     (("1", "A", "passive"), ("3", "K", "passive")),
+    footprint="Package_TO_SOT_SMD:SOT-23",
+    symbol="Diode:BZX84Cxx",
 )
 TVS = Kind(
     "SMBJ14A",
@@ -253,6 +379,8 @@ TVS = Kind(
     "SMBJ14A",
     "surge suppressor, 14 V stand-off",
     (("1", "K", "passive"), ("2", "A", "passive")),
+    footprint="Diode_SMD:D_SMB",
+    symbol="Device:D_Zener",
 )
 FUSE = Kind(
     "MF-MSMF075/24",
@@ -260,6 +388,9 @@ FUSE = Kind(
     "MF-MSMF075/24-2",
     "resettable fuse, 0.75 A, 24 V",
     _TWO,
+    footprint="Fuse:Fuse_1812_4532Metric",
+    symbol="Device:Fuse",
+    symbol_names=_NAMELESS,
 )
 LED = Kind(
     "green LED",
@@ -267,6 +398,8 @@ LED = Kind(
     "APT1608SGC",
     "LED 0603, green",
     (("1", "K", "passive"), ("2", "A", "passive")),
+    footprint="LED_SMD:LED_0603_1608Metric",
+    symbol="Device:LED",
 )
 POWER_INLET = Kind(
     "MSTBA 2,5/2-G-5,08",
@@ -274,6 +407,9 @@ POWER_INLET = Kind(
     "1757242",
     "header for plug-in terminals, 2 poles",
     (("1", "1", "supply"), ("2", "2", "supply")),
+    footprint="Connector_Phoenix_MSTB:PhoenixContact_MSTBA_2,5_2-G-5,08_1x02_P5.08mm_Horizontal",
+    symbol="Connector_Generic:Conn_01x02",
+    symbol_names=(("1", "Pin_1"), ("2", "Pin_2")),
 )
 TERMINALS = {4: _terminals(4, "1803293"), 6: _terminals(6, "1803316")}
 
@@ -302,8 +438,16 @@ _ENCODER = _off_board(
     "encoder, 1024 lines, 5 to 24 V, open collectors, cable of 2 m",
 )
 
+_MEGA_PINS_HEADER = _off_board(
+    "header 2x10",
+    "Würth Elektronik",
+    "61302021121",
+    "pin header 2.54 mm, 2 x 10, soldered in the place of A601, for the wires to the Mega",
+)
+
 # What is plugged into each connector, and what is at the other end of the cable.
 OFF_BOARD: dict[str, tuple[Kind, ...]] = {
+    "A601": (_MEGA_PINS_HEADER,),
     "J1": (_plug("MSTB 2,5/2-ST-5,08", "1757019", 2),),
     "J2": (_PLUG_4, _MPX2050),
     "J3": (_PLUG_4, _MPX2050),

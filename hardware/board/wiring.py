@@ -54,10 +54,12 @@ def channel_table(board: Board) -> str:
 
 
 def mega_table(board: Board) -> str:
-    lines = ["| Arduino Mega | ATmega2560 | net |", "|---|---|---|"]
-    for arduino, port in MEGA_PINS.items():
-        net = board.net_of("A601", port) or "on the Mega itself"
-        lines.append(f"| {arduino} | {port} | {net} |")
+    lines = ["| Arduino Mega | ATmega2560 | net | pads of A601 |", "|---|---|---|---|"]
+    ports = {**MEGA_PINS, "VIN": "", "5V": "", "GND": ""}
+    for arduino, port in ports.items():
+        net = board.net_of("A601", arduino) or "on the Mega itself"
+        pads = ", ".join(board.kinds["A601"].pads_of(arduino))
+        lines.append(f"| {arduino} | {port} | {net} | {pads} |")
     return "\n".join(lines)
 
 
