@@ -29,6 +29,6 @@ def processes_of(directory: Path) -> list[str]:
     found = []
     for process in psutil.process_iter(["cmdline"]):
         line = " ".join(process.info["cmdline"] or [])
-        if str(directory) in line and process.pid != os.getpid() and "pytest" not in line:
+        if str(directory) in line and process.pid != os.getpid():
             found.append(line)
     return found

@@ -6,7 +6,9 @@ from __future__ import annotations
 import os
 import signal
 
+import click
 import pytest
+from towtank_bringup import cli
 from towtank_bringup.stop_request import Stopped, StopRequest
 
 
@@ -22,6 +24,20 @@ def test_signal_is_noted_and_told_when_asked(number):
     assert isinstance(stopped.value, Stopped)
     assert stopped.value.status == 128 + number
     assert signal.getsignal(number) == before
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [(Stopped(signal.SIGHUP), 129), (Stopped(signal.SIGTERM), 143), (KeyboardInterrupt(), 130)],
+)
+def test_command_ends_with_the_signals_status(monkeypatch, error, status):
+    @click.command()
+    def verb():
+        raise error
+
+    monkeypatch.setattr(cli, "towtank", verb)
+    monkeypatch.setattr("sys.argv", ["towtank"])
+    assert cli._run() == status
 
 
 def test_hangup_that_nohup_ignores_stays_ignored():

@@ -51,7 +51,7 @@ def test_names_are_unique_and_executables_installed(firmware, tmp_path):
         assert len(names) == len(set(names))
     for item in graph:
         if not isinstance(item, Program):
-            assert os.access(command_of(item)[0], os.X_OK), item.full_name
+            assert os.access(command_of(item)[1], os.X_OK), item.full_name
 
 
 def test_real_board_runs_the_same_measurement_without_the_virtual_tank(firmware, tmp_path):
@@ -77,7 +77,7 @@ def test_parameters_are_passed_as_yaml(firmware, tmp_path):
 
 def test_nodes_of_one_process_name_themselves():
     command = command_of(NodeGroup("towtank_daq", "sensors", ("/a/b", "/c"), {"rig": "r"}))
-    assert command[1:] == [*NO_LOG_FILES, "-p", 'rig:="r"']
+    assert command[2:] == [*NO_LOG_FILES, "-p", 'rig:="r"']
 
 
 @settings(max_examples=20)  # each has a node of its own

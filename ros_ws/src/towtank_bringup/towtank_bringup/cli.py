@@ -73,12 +73,9 @@ def _run() -> int:
         return _failed(error.format_message())
     except (EnvironmentProblem, OutputError) as error:
         return _failed(str(error))
-    except Stopped as stop:
+    except (click.Abort, KeyboardInterrupt) as error:  # click makes the first of the second
         print("towtank: stopped", file=sys.stderr)
-        return stop.status
-    except (click.Abort, KeyboardInterrupt):
-        print("towtank: stopped", file=sys.stderr)
-        return 130
+        return error.__cause__.status if isinstance(error.__cause__, Stopped) else 130
 
 
 def _failed(why: str, status: int = 1) -> int:

@@ -137,6 +137,7 @@ def as_text(path: Path, runtime: Path, name: str) -> Path:
 def _temporary_folders() -> Iterator[str]:
     with contextlib.suppress(FileNotFoundError):  # there is none to write to
         yield tempfile.gettempdir()
+    yield from ("/tmp", "/var/tmp")
     if runtime := os.environ.get("XDG_RUNTIME_DIR"):
         yield runtime
-    yield from ("/tmp", "/var/tmp", "/dev/shm")
+    yield "/dev/shm"

@@ -8,6 +8,7 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,7 +38,9 @@ def command_of(item: Item) -> list[str]:
         raise ProcessError(
             f"package {item.package} is not in the environment: build the workspace and source it"
         ) from error
-    command = [str(prefix / "lib" / item.package / item.executable), *NO_LOG_FILES]
+    # By the interpreter: a script's first line cannot name one whose path has a blank.
+    executable = str(prefix / "lib" / item.package / item.executable)
+    command = [sys.executable, executable, *NO_LOG_FILES]
     if isinstance(item, RosNode):
         command += ["-r", f"__ns:={item.namespace}", "-r", f"__node:={item.name}"]
     for name, value in item.parameters.items():

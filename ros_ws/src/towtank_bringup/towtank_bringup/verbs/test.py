@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import click
 
+from towtank_bringup.environment import short_temporary_folder
 from towtank_bringup.source_tree import source_tree
 
 PYTEST = (sys.executable, "-m", "pytest")
@@ -36,6 +38,10 @@ TESTS = (
 )
 
 
+_ROOM_OF_A_TEST = 85
+"""Of a path below the temporary folder: pytest-of-USER/pytest-N/popen-gwN/NAME_OF_THE_TEST/FILE."""
+
+
 @click.command(name="test", context_settings={"ignore_unknown_options": True})
 @click.argument("pytest_arguments", nargs=-1, type=click.UNPROCESSED)
 def command(pytest_arguments: tuple[str, ...]) -> None:
@@ -45,8 +51,15 @@ def command(pytest_arguments: tuple[str, ...]) -> None:
     With arguments, run pytest alone with them, in the project's environment.
     """
     source = source_tree("the tests")
+    # Below it each test has a folder of its own, and sockets in that
+    os.environ["TMPDIR"] = str(short_temporary_folder(_ROOM_OF_A_TEST))
     if pytest_arguments:
         failures = _failures([(*PYTEST, *pytest_arguments)], source)
+    elif not os.access(source / "build", os.W_OK):
+        raise click.ClickException(
+            f"the whole test suite builds in {source / 'build'}, where you may not write: clone "
+            "the repository for yourself, or give a PATH of tests that need no building"
+        )
     else:
         failures = _failures(CHECKS, source) or _failures(TESTS, source)
     if failures:
