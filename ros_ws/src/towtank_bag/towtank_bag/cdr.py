@@ -103,7 +103,8 @@ def layout_of(payload: bytes, type_name: str, fields: Mapping[str, Any]) -> Layo
     """Layout of one message of type `package/msg/Name`.
 
     fields: field definitions by type name, as in a rosbags typestore (`fielddefs`). Raises
-    LayoutError for an encoding other than little-endian CDR and for wide strings.
+    LayoutError for an encoding other than little-endian CDR, for wide strings, and for a payload
+    that ends too early.
     """
     if payload[:2] != _LITTLE_ENDIAN:
         raise LayoutError("not little-endian CDR")
@@ -143,37 +144,51 @@ class _Walk:
             dtype = _number(type_name)
             self.align(dtype.itemsize)
             self.layout.columns[path] = Column(self.position, dtype, None)
-            self.position += dtype.itemsize
+            self.advance(dtype.itemsize)
 
     def elements(self, kind: Nodetype, detail: Any, count: int, path: str) -> None:
         if kind != Nodetype.BASE:
+            self.require(count)  # an element takes a byte at least
             for index in range(count):
                 self.value(kind, detail, f"{path}[{index}]")
         elif detail[0] == "string":
+            self.require(count)
             self.layout.texts[path] = [self.string() for _ in range(count)]
         else:
             dtype = _number(detail[0])
             if count:
                 self.align(dtype.itemsize)
             self.layout.columns[path] = Column(self.position, dtype, count)
-            self.position += count * dtype.itemsize
+            self.advance(count * dtype.itemsize)
 
     def string(self) -> str:
         length = self.length()  # with the closing zero
         text = self.payload[self.position : self.position + length]
         self.guard(length)
-        return text.rstrip(b"\0").decode()
+        try:
+            return text.rstrip(b"\0").decode()
+        except UnicodeDecodeError as error:
+            raise LayoutError("a string is no UTF-8") from error
 
     def length(self) -> int:
         self.align(4)
+        self.require(4)
         (length,) = struct.unpack_from("<I", self.payload, self.position)
         self.guard(4)
         return int(length)
 
     def guard(self, length: int) -> None:
-        end = self.position + length
-        self.layout.guards.append((self.position, self.payload[self.position : end]))
-        self.position = end
+        start = self.position
+        self.advance(length)
+        self.layout.guards.append((start, self.payload[start : self.position]))
+
+    def advance(self, length: int) -> None:
+        self.require(length)
+        self.position += length
+
+    def require(self, length: int) -> None:
+        if self.position + length > len(self.payload):
+            raise LayoutError("a message ends before its fields do")
 
     def align(self, size: int) -> None:
         self.position += -(self.position - _ENCAPSULATION) % size

@@ -1,32 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads bags: complete ones, and those whose recording broke off, as far as they go.
+"""Reads bags: whole ones, damaged ones as far as their checksums hold, and those of others.
 
 Needs no ROS: message definitions come out of the bag itself.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from mcap.records import Channel, Schema
 
-from towtank_bag.cdr import LayoutError, layout_of
-from towtank_bag.layout import (
-    METADATA_FILE,
-    RECORDING_MARKER,
-    RIG_ATTACHMENT,
-    BagError,
-)
-from towtank_bag.mcap_scan import Scan, scan_file
+from towtank_bag.bag_files import BagFiles, bag_files
+from towtank_bag.bag_state import BagState, LostStretch, state_of
+from towtank_bag.layout import BagError
+from towtank_bag.mcap_scan import AttachedFile, MessageKey, NoMcapError, Scan, scan_file
+from towtank_bag.message_reader import MessageForm, MessageReader
+from towtank_bag.recorded_rig import recorded_rig
+
+__all__ = ["Bag", "BagError", "LostStretch", "RawTopic", "TopicInfo", "open_bag"]
 
 
 @dataclass(frozen=True)
 class TopicInfo:
-    """One topic of a bag; type_name is `package/msg/Name`."""
+    """One topic of a bag; type_name is `package/msg/Name`, empty where the bag does not tell."""
 
     name: str
     type_name: str
@@ -36,7 +37,7 @@ class TopicInfo:
 
 @dataclass(frozen=True)
 class RawTopic:
-    """All messages of one topic as they were recorded, in the order of the file.
+    """All messages of one topic as they were recorded, in the order of recording.
 
     log_time_ns, publish_time_ns: int64, shape (n,), ns since the epoch; payloads: CDR.
     """
@@ -49,82 +50,83 @@ class RawTopic:
 class Bag:
     """A bag directory, open for reading. Made by `open_bag`.
 
-    topics: by name. complete: False when the recording broke off or chunks are damaged; `problem`
-    then says what is known. attachments: by name. metadata: of the recorder, by record name.
+    topics: by name. attachments: by name, those that are intact or have no checksum.
+    attached_files: all of them. metadata: of the recorder, by record name.
     """
 
-    def __init__(self, directory: Path, scans: Sequence[Scan], problem: str | None) -> None:
+    def __init__(self, directory: Path, scans: Sequence[Scan], state: BagState) -> None:
         self.directory = directory
         self._scans = scans
-        self._problem = problem
-        self.attachments = {name: data for s in scans for name, data in s.attachments.items()}
+        self._state = state
+        self.attached_files: dict[str, AttachedFile] = {
+            name: file for scan in scans for name, file in scan.attachments.items()
+        }
+        self.attachments = {
+            name: file.data
+            for name, file in self.attached_files.items()
+            if file.intact is not False
+        }
         self.metadata = {name: values for s in scans for name, values in s.metadata.items()}
-        self._channels: dict[str, list[tuple[Scan, int]]] = {}
-        self._schema_texts: dict[str, str] = {}
-        self.topics: dict[str, TopicInfo] = {}
+        self._channels: dict[str, list[tuple[Scan, Channel]]] = defaultdict(list)
         for scan in scans:
             for channel in scan.channels.values():
-                schema = scan.schemas[channel.schema_id]
-                self._schema_texts[schema.name] = schema.data.decode()
-                self._channels.setdefault(channel.topic, []).append((scan, channel.id))
-                before = self.topics.get(channel.topic)
-                count = sum(len(chunk.offsets.get(channel.id, ())) for chunk in scan.chunks)
-                self.topics[channel.topic] = TopicInfo(
-                    channel.topic,
-                    schema.name,
-                    count + (before.count if before else 0),
-                    channel.metadata.get("topic_type_hash", ""),
-                )
-        self._typestore = get_typestore(Stores.EMPTY)
-        self._registered: set[str] = set()
+                self._channels[channel.topic].append((scan, channel))
+        self._readers: dict[str, MessageReader] = {}
+        self.topics = {topic: self._topic_info(topic) for topic in self._channels}
 
     @property
     def complete(self) -> bool:
-        """Whether the recording ended cleanly and everything read so far was undamaged."""
+        """Whether the recording ended cleanly and nothing of it is damaged."""
         return self.problem is None
 
     @property
     def problem(self) -> str | None:
-        """What is wrong with the bag, or None."""
-        damaged = sum(scan.damaged_chunks for scan in self._scans)
-        if damaged:
-            return f"{self.directory}: {damaged} damaged chunks are left out"
-        return self._problem
+        """What is damaged or missing and what of the recording is lost by it, in one line; None
+        for a whole bag."""
+        return self._state.problem
+
+    @property
+    def notes(self) -> list[str]:
+        """What else a user should know: files passed over, contents without a checksum."""
+        return self._state.notes
+
+    @property
+    def lost(self) -> list[LostStretch]:
+        """Stretches of the recording in which messages are lost, or may be."""
+        return self._state.lost
 
     @property
     def rig_text(self) -> str:
-        """The rig file that the bag was recorded with; raises BagError where there is none."""
-        try:
-            return self.attachments[RIG_ATTACHMENT].decode()
-        except KeyError:
-            raise BagError(
-                f"{self.directory}: the bag holds no rig file; record with towtank"
-            ) from None
+        """The rig file that the bag was recorded with, as `recorded_rig` finds it; raises BagError
+        where there is none that can be believed."""
+        return recorded_rig(self).text
 
     def raw(self, topic: str) -> RawTopic:
         """All messages of a topic, still serialised; none for a topic that is not in the bag."""
-        parts = [scan.channel_messages(channel) for scan, channel in self._channels.get(topic, [])]
+        channels: dict[int, set[int]] = defaultdict(set)
+        for scan, channel in self._channels.get(topic, ()):
+            channels[id(scan)].add(channel.id)
+        parts = [s.messages(channels[id(s)]) for s in self._scans if id(s) in channels]
         if not parts:
             return RawTopic(np.empty(0, np.int64), np.empty(0, np.int64), [])
-        return RawTopic(
-            np.concatenate([part[0] for part in parts]),
-            np.concatenate([part[1] for part in parts]),
-            [payload for part in parts for payload in part[2]],
-        )
+        log_times, publish_times = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+        payloads = [payload for part in parts for payload in part[2]]
+        if any(scan.repeated for scan in self._scans):  # what one copy lacks is in another
+            order = np.argsort(log_times, kind="stable")
+            log_times, publish_times = log_times[order], publish_times[order]
+            payloads = [payloads[i] for i in order.tolist()]
+        return RawTopic(log_times, publish_times, payloads)
 
     def messages(self, topic: str) -> Iterator[tuple[int, Any]]:
-        """(log time in ns, decoded message) of a topic; fields are attributes as in ROS."""
+        """(log time in ns, decoded message) of a topic; fields are attributes as in ROS. None for a
+        topic that is not in the bag."""
         raw = self.raw(topic)
         for log_time, payload in zip(raw.log_time_ns.tolist(), raw.payloads, strict=True):
-            yield log_time, self._decode(topic, payload)
+            yield log_time, self._reader(topic).decode(payload)
 
     def has_field(self, topic: str, field: str) -> bool:
         """Whether the messages of a topic have a field; an older recording may lack it."""
-        if topic not in self.topics:
-            return False
-        type_name = self.topics[topic].type_name
-        self._register(type_name)
-        return any(name == field for name, _ in self._typestore.fielddefs[type_name][1])
+        return self._has_messages(topic) and field in self._reader(topic).fields
 
     def series(self, topic: str, fields: Sequence[str]) -> dict[str, np.ndarray]:
         """Fields of all messages of a topic as arrays, by dotted path (`pose.pose.position.z`).
@@ -139,11 +141,10 @@ class Bag:
                 "log_time_ns": raw.log_time_ns,
                 "stamp_ns": np.empty(0, np.int64),
             }
-        type_name = self.topics[topic].type_name
-        self._register(type_name)
-        stamped = any(name == "header" for name, _ in self._typestore.fielddefs[type_name][1])
+        reader = self._reader(topic)
+        stamped = "header" in reader.fields
         stamp_fields = ["header.stamp.sec", "header.stamp.nanosec"] if stamped else []
-        columns = self._columns(topic, raw.payloads, [*fields, *stamp_fields])
+        columns = reader.columns(raw.payloads, [*fields, *stamp_fields])
         series = {name: columns[name] for name in fields}
         series["log_time_ns"] = raw.log_time_ns
         if stamped:
@@ -151,64 +152,92 @@ class Bag:
             series["stamp_ns"] = seconds * 1_000_000_000 + nanoseconds
         return series
 
-    def _columns(
-        self, topic: str, payloads: list[bytes], fields: Sequence[str]
-    ) -> dict[str, np.ndarray]:
-        type_name = self.topics[topic].type_name
-        try:
-            table = layout_of(payloads[0], type_name, self._typestore.fielddefs).table(payloads)
-            return {name: table.column(name) for name in fields}
-        except LayoutError:
-            messages = [self._decode(topic, payload) for payload in payloads]
-        except KeyError as error:
-            raise BagError(f"{topic}: {type_name} has no field {error}") from error
-        try:
-            return {name: _stack([_attribute(m, name) for m in messages]) for name in fields}
-        except AttributeError as error:
-            raise BagError(f"{topic}: {type_name} has no field '{error.name}'") from error
+    def _topic_info(self, topic: str) -> TopicInfo:
+        parts = self._channels[topic]
+        scan, channel = parts[0]
+        schema = scan.schemas.get(channel.schema_id)
+        return TopicInfo(
+            topic,
+            schema.name if schema is not None else "",
+            sum(scan.count_of(channel.id) for scan, channel in parts),
+            channel.metadata.get("topic_type_hash", "") or self._state.type_hashes.get(topic, ""),
+        )
 
-    def _decode(self, topic: str, payload: bytes) -> Any:
-        type_name = self.topics[topic].type_name
-        self._register(type_name)
-        definition = self._typestore.get_msgdef(type_name)
-        # Not Typestore.deserialize_cdr: it refuses the bytes that Fast CDR leaves behind a message
-        # that ends in an empty sequence of doubles, as a JointState without efforts does.
-        little_endian = payload[1] == 1
-        decode = definition.deserialize_cdr_le if little_endian else definition.deserialize_cdr_be
-        message, _ = decode(payload[4:], 0, definition.cls, self._typestore)
-        return message
+    def _has_messages(self, topic: str) -> bool:
+        return topic in self.topics and self.topics[topic].count > 0
 
-    def _register(self, type_name: str) -> None:
-        if type_name not in self._registered:
-            self._typestore.register(get_types_from_msg(self._schema_texts[type_name], type_name))
-            self._registered.add(type_name)
+    def _reader(self, topic: str) -> MessageReader:
+        if topic not in self._readers:
+            forms = {self._form(scan, channel) for scan, channel in self._channels[topic]}
+            if len(forms) > 1:
+                raise BagError(
+                    f"{topic}: the bag holds messages of different types or definitions on it; "
+                    "leave out the files that are of another recording"
+                )
+            self._readers[topic] = MessageReader(forms.pop())
+        return self._readers[topic]
+
+    def _form(self, scan: Scan, channel: Channel) -> MessageForm:
+        schema = scan.schemas.get(channel.schema_id) or Schema(b"", "", 0, "")
+        info = self.topics[channel.topic]
+        return MessageForm(
+            channel.topic,
+            schema.name or info.type_name,
+            channel.message_encoding,
+            schema.data,
+            schema.encoding,
+            info.type_hash,
+        )
 
 
 def open_bag(path: str | Path) -> Bag:
-    """Open a bag directory. Raises BagError when it holds nothing that can be read."""
+    """Open a bag directory and verify all that has a checksum in it.
+
+    Raises BagError when it holds nothing that can be read.
+    """
     directory = Path(path)
-    if not directory.is_dir():
-        raise BagError(f"{directory}: no such bag; give the directory that holds the .mcap file")
-    files = sorted(directory.glob("*.mcap"))
-    if not files:
-        raise BagError(f"{directory}: holds no .mcap file; give the bag's own directory")
-    scans = [scan_file(file) for file in files]
-    problem = None
-    if (directory / RECORDING_MARKER).exists() or not all(scan.end_seen for scan in scans):
-        problem = f"{directory}: the recording broke off; the bag is read as far as it goes"
-    elif not (directory / METADATA_FILE).exists():
-        problem = f"{directory}: {METADATA_FILE} is missing; the recording did not end cleanly"
-    return Bag(directory, scans, problem)
+    try:
+        if not directory.is_dir():
+            what = "is a file" if directory.exists() else "no such bag"
+            raise BagError(f"{directory}: {what}; give the directory that holds the .mcap file")
+    except OSError as error:
+        raise BagError(f"{directory}: cannot be read: {error.strerror}; check the path") from error
+    files = bag_files(directory)
+    scans, unreadable = _scan_all(files)
+    if not files.listed:
+        scans.sort(key=lambda scan: (scan.first_ns or 0, scan.path.name))
+    for number, scan in enumerate(scans):
+        _leave_out_repetitions(scan, scans[:number])
+    return Bag(directory, scans, state_of(directory, files, scans, unreadable))
 
 
-def _attribute(message: Any, path: str) -> Any:
-    for name in path.replace("]", "").replace("[", ".").split("."):
-        message = message[int(name)] if name.isdigit() else getattr(message, name)
-    return message
+def _scan_all(files: BagFiles) -> tuple[list[Scan], list[Path]]:
+    """Every file, and those that are no MCAP; raises BagError if all are."""
+    scans, refused = [], {}
+    for path in files.paths:
+        try:
+            scans.append(scan_file(path))
+        except NoMcapError as error:
+            refused[path] = error
+    if not scans:
+        raise next(iter(refused.values()))
+    return scans, list(refused)
 
 
-def _stack(values: list[Any]) -> np.ndarray:
-    """One array of all values; of objects where arrays differ in length."""
-    if isinstance(values[0], (int, float, bool)):
-        return np.array(values)
-    return np.fromiter(values, dtype=object, count=len(values))
+def _leave_out_repetitions(scan: Scan, earlier: Sequence[Scan]) -> None:
+    """Let messages count once that an earlier file holds too: copies lie beside their originals."""
+    begin_ns, end_ns = scan.first_ns, scan.last_ns
+    overlapping = [
+        other
+        for other in earlier
+        if None not in (begin_ns, other.first_ns)
+        and other.first_ns <= end_ns
+        and other.last_ns >= begin_ns
+    ]
+    if not overlapping:
+        return
+    known: dict[str, set[MessageKey]] = defaultdict(set)
+    for other in overlapping:
+        for channel, keys in other.keys().items():
+            known[other.channels[channel].topic].update(keys)
+    scan.leave_out({id: known[channel.topic] for id, channel in scan.channels.items()})

@@ -109,7 +109,12 @@ class BagWriter:
 
         self._directory = _BagDirectory(Path(directory))
         self._file = self._directory.new_file()
-        self._mcap = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
+        self._mcap = Writer(
+            self._file,
+            chunk_size=CHUNK_BYTES,
+            compression=CompressionType.ZSTD,
+            enable_data_crcs=True,  # the only witness of what stands outside of chunks
+        )
         try:
             self._begin(attachments, metadata or {})
         except OSError as error:
