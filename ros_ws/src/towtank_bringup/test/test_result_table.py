@@ -22,9 +22,13 @@ def test_a_result_without_a_ratio_says_why(capsys):
             "restarts": {"/measured/adc_board": 2},
             "sensor_health": {},
             "encoder": {"reference_lost_s": [1009.0]},
+            "bag_problem": "t/bag: the recording broke off; the bag is read as far as it goes",
+            "bag_notes": ["bag_0 (1).mcap was passed over"],
         }
     )
     said = capsys.readouterr().out
     assert f"no heave ratio for measured: {reason}\n" in said
     assert "/measured/adc_board had ended and was started again, 2 time(s)" in said
     assert "the board was reset: from 7.00 s after the log's start on, the positions of" in said
+    assert "warning: t/bag: the recording broke off; the bag is read as far as it goes\n" in said
+    assert "note: bag_0 (1).mcap was passed over\n" in said

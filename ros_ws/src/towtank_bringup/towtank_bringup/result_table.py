@@ -37,6 +37,10 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
     console.print(table)
     for source, reason in result["reasons"].items():
         console.print(f"no heave ratio for {source}: {reason}", soft_wrap=True)
+    if result["bag_problem"]:
+        console.print(f"warning: {result['bag_problem']}", soft_wrap=True, markup=False)
+    for note in result["bag_notes"]:
+        console.print(f"note: {note}", soft_wrap=True, markup=False)
     scans = result["scans"]
     console.print(
         f"scans: {scans['scheduled']} scheduled, {scans['received']} received, "

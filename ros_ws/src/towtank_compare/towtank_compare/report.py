@@ -120,7 +120,7 @@ def tow_shapes(
     """Side views of the twin's tow at SHAPES instants of one crank period (or of one second)."""
     states = {
         message_ns: message
-        for message in (state for _, state in _messages(bag, CABLE_STATE))
+        for _, message in bag.messages(CABLE_STATE)
         if t0_ns <= (message_ns := stamp_ns(message.header.stamp)) <= t1_ns
     }
     if not states:
@@ -179,7 +179,3 @@ def _chart_html(name: str, figure: Figure) -> str:
         div_id=f"chart-{name}",
         config={"responsive": True, "displaylogo": False},
     )
-
-
-def _messages(bag: Bag, topic: str) -> Any:
-    return bag.messages(topic) if topic in bag.topics else ()

@@ -35,7 +35,8 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
     """Scans of a window: scheduled by the board, received in the bag, lost, bad.
 
     Lost are those missing between the first and the last one that came in, as ScanAccount counts
-    them. A scan is bad when a channel has no valid conversion, or the board raised a flag.
+    them; in a damaged bag also those missing before and after. A scan is bad when a channel has no
+    valid conversion, or the board raised a flag.
     """
     fields = ["sequence", "board_ticks"]
     scans = bag.series(SCANS, [*fields, "valid_mask", "flags"])
@@ -45,13 +46,25 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
     columns = (scans[name][inside].astype(np.int64).tolist() for name in (*fields, "stamp_ns"))
     for scan in zip(*columns, strict=True):
         account.take(*scan)
+    lost = account.lost
+    if bag.lost:
+        lost += _missing_at_the_ends(stamps[inside], t0_ms * NS_PER_MS, t1_ms * NS_PER_MS)
     bad = (scans["valid_mask"][inside] != ALL_CHANNELS) | (scans["flags"][inside] != 0)
     return {
-        "scheduled": account.received + account.lost,
+        "scheduled": account.received + lost,
         "received": account.received,
-        "lost": account.lost,
+        "lost": lost,
         "bad": int(np.count_nonzero(bad)),
     }
+
+
+def _missing_at_the_ends(stamps: np.ndarray, t0_ns: int, t1_ns: int) -> int:
+    """Scans that fit between a window's ends and the first and the last one in it."""
+    if len(stamps) < 2:
+        return 0
+    period_ns = float(np.median(np.diff(stamps)))
+    before, after = int(stamps[0]) - t0_ns, t1_ns - int(stamps[-1])
+    return sum(int(max(0, gap) / period_ns) for gap in (before, after)) if period_ns > 0 else 0
 
 
 def sensor_health(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, dict[str, int] | None]:

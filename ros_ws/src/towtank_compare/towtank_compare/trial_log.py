@@ -19,46 +19,102 @@ EVENTS = "/trial/events"
 
 @dataclass(frozen=True)
 class Event:
-    """A mark in the trial; detail: decoded JSON."""
+    """A mark in the trial; detail: decoded JSON, or the text itself as `text` where it is none."""
 
     stamp_ns: int
     name: str
     detail: dict[str, Any]
 
 
+@dataclass(frozen=True)
+class LoggedWindow:
+    """The logged part of a trial, ms since the epoch. note: why it is not the whole, or None."""
+
+    t0_ms: int
+    t1_ms: int
+    note: str | None
+
+
 def events(bag: Bag) -> list[Event]:
     """All events of the trial in their order."""
-    found = []
-    for _, message in bag.messages(EVENTS) if EVENTS in bag.topics else ():
-        detail = json.loads(message.detail) if message.detail else {}
-        found.append(Event(stamp_ns(message.header.stamp), message.event, detail))
+    found = [
+        Event(stamp_ns(message.header.stamp), message.event, _detail(message.detail))
+        for _, message in bag.messages(EVENTS)
+    ]
     return sorted(found, key=lambda event: event.stamp_ns)
 
 
-def logged_window(bag: Bag) -> tuple[int, int]:
-    """From log_start to log_stop, ms since the epoch; where the trial broke off before log_stop,
-    to the last measured crank angle. Raises BagError where nothing was logged."""
+def _detail(text: str) -> dict[str, Any]:
+    """Other programs and people may note what they like."""
+    try:
+        detail = json.loads(text) if text else {}
+    except (ValueError, RecursionError):
+        detail = None
+    return detail if isinstance(detail, dict) else {"text": text}
+
+
+def logged_window(bag: Bag) -> LoggedWindow:
+    """From log_start to log_stop; where the trial broke off before log_stop, to the last measured
+    crank angle.
+
+    A mark that is lost with a damaged part of the bag was in that part: the window then ends where
+    the first such part behind log_start begins, or begins where the last one before log_stop ends.
+    Raises BagError where nothing was logged, or the marks are both lost.
+    """
     marks = {event.name: event.stamp_ns for event in events(bag)}
-    if "log_start" not in marks:
-        raise BagError(
-            f"{bag.directory}: the trial ended before logging began (no log_start on {EVENTS}); "
-            f"give a window"
-        )
-    end_ns = marks.get("log_stop")
+    begin_ns, end_ns = marks.get("log_start"), marks.get("log_stop")
+    note = None
+    if begin_ns is None and end_ns is not None:
+        begin_ns = max((s.to_ns for s in bag.lost if _is_before(s.to_ns, end_ns)), default=None)
+        note = "log_start is lost: the window begins behind the damaged part before log_stop"
+    if begin_ns is None:
+        raise BagError(_why_no_window(bag, "log_start"))
     if end_ns is None:
-        stamps = bag.series(topics.CRANK, ["position"])["stamp_ns"]
-        end_ns = int(stamps.max()) if len(stamps) else marks["log_start"]
-    return -(-marks["log_start"] // NS_PER_MS), end_ns // NS_PER_MS
+        end_ns, note = _last_logged(bag, begin_ns)
+    return LoggedWindow(-(-begin_ns // NS_PER_MS), end_ns // NS_PER_MS, note)
+
+
+def _is_before(ns: int | None, end_ns: int) -> bool:
+    return ns is not None and ns < end_ns
+
+
+def _last_logged(bag: Bag, begin_ns: int) -> tuple[int, str | None]:
+    """The last crank angle before the first loss behind log_start, and what to say of that."""
+    crank = bag.series(topics.CRANK, [])
+    stamps, log_times = crank["stamp_ns"], crank["log_time_ns"]
+    losses = [s.from_ns for s in bag.lost if s.from_ns is not None and s.from_ns >= begin_ns]
+    note = None
+    if losses and (log_times > min(losses)).any():
+        stamps = stamps[log_times <= min(losses)]
+        note = (
+            "log_stop is lost: the window ends where the first damaged part behind log_start begins"
+        )
+    return (int(stamps.max()) if len(stamps) else begin_ns), note
+
+
+def _why_no_window(bag: Bag, mark: str) -> str:
+    """The cause and the mend, where the marks do not tell what was logged."""
+    if not bag.lost:
+        return (
+            f"{bag.directory}: the trial ended before logging began (no {mark} on {EVENTS}); "
+            "give a window with --window"
+        )
+    lost = f"{bag.problem}; there is no {mark} on {EVENTS} in what is left"
+    stamps = bag.series(topics.CRANK, [])["stamp_ns"]
+    if not len(stamps):
+        return f"{lost}, and no crank angle: record the trial again"
+    within = f"{stamps.min() * 1e-9:.3f} to {stamps.max() * 1e-9:.3f}"
+    return f"{lost}: give a window within {within} with --window"
 
 
 def overruns(bag: Bag) -> dict[str, int]:
     """Overruns by node, from its diagnostics; a node that was started again counts from 0 again."""
     counted: dict[str, int] = {}
     last: dict[str, int] = {}
-    for _, message in bag.messages("/diagnostics") if "/diagnostics" in bag.topics else ():
+    for _, message in bag.messages("/diagnostics"):
         for status in message.status:
             for pair in status.values:
-                if pair.key == "overruns":
+                if pair.key == "overruns" and pair.value.isdecimal():  # others write what they like
                     count, before = int(pair.value), last.get(status.name, 0)
                     more = count - before if count >= before else count
                     counted[status.name] = counted.get(status.name, 0) + more
@@ -70,16 +126,16 @@ def restarts(bag: Bag) -> dict[str, int]:
     """How often a node was started again in the trial, by node; without those that never were."""
     counted: dict[str, int] = {}
     for event in events(bag):
-        if event.name == "restarted":
-            counted[event.detail["node"]] = counted.get(event.detail["node"], 0) + 1
+        if event.name == "restarted" and isinstance(node := event.detail.get("node"), str):
+            counted[node] = counted.get(node, 0) + 1
     return counted
 
 
 def cpu_cores(bag: Bag) -> float | None:
     """Mean number of cores that the trial's processes used while logging, as it was noted."""
     for event in reversed(events(bag)):
-        if event.name == "resources":
-            return event.detail.get("cpu_cores")
+        if event.name == "resources" and isinstance(event.detail.get("cpu_cores"), (int, float)):
+            return event.detail["cpu_cores"]
     return None
 
 
@@ -105,8 +161,7 @@ def live_result(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, Any] | None:
     measured and twin; a source without a result then is null. None where there are no results."""
     published: dict[tuple[int, int], dict[str, float]] = {}
     for source in ("measured", "twin"):
-        topic = topics.heave_ratio(source)
-        for _, message in bag.messages(topic) if topic in bag.topics else ():
+        for _, message in bag.messages(topics.heave_ratio(source)):
             window = tuple(
                 stamp_ns(stamp) // NS_PER_MS for stamp in (message.window_start, message.window_end)
             )

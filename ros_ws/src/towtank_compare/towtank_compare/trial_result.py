@@ -20,8 +20,9 @@ def trial_result(path: str | Path) -> dict[str, Any]:
     that cannot be read or in which nothing was logged.
     """
     opened = open_comparison(path)
-    t0_ms, t1_ms = opened.window(None)
-    entries = opened.entries(t0_ms, t1_ms, opened.analyse(t0_ms, t1_ms))
+    window = opened.window(None)
+    t0_ms, t1_ms = window.t0_ms, window.t1_ms
+    entries = opened.entries(window, opened.analyse(t0_ms, t1_ms))
     del entries["measured"], entries["twin"]  # bare repetitions of heave_ratio
     return {
         "rig": entries.pop("rig"),
