@@ -37,7 +37,6 @@ from towtank_bringup.graph import Graph, RosNode, told_to_all
 SERVICE_TIMEOUT_S = 30.0
 CRANK_DRIVE = "/measured/crank_drive"
 _SPIN_S = 0.05
-_REST_S = 1.0  # in which the board tells of a crank that turns on without power
 
 
 class TrialError(RuntimeError):
@@ -99,8 +98,6 @@ class Conductor(Node):
     def _check(self) -> None:
         self._watch()
         if words := self._crank.fault():
-            self._see_whether_the_crank_rests()
-            words = self._crank.fault() or words
             raise TrialError(f"{words}: see that all is well and start a new trial")
         for name, status in self._statuses.items():
             # The crank's drive is judged by its state: before the run a trip may be cleared
@@ -109,13 +106,6 @@ class Conductor(Node):
         for node in self._lifecycle:
             if self.leading and not self._ready(node.full_name):
                 self._bring_back(node)
-
-    def _see_whether_the_crank_rests(self) -> None:
-        """Waits for what the board tells of a crank that turns on without power: its operator is
-        to know of that, whatever stopped the run."""
-        deadline = time.monotonic() + _REST_S
-        while (left := deadline - time.monotonic()) > 0:
-            self._executor.spin_once(timeout_sec=left)
 
     def reported(self, key: str) -> dict[str, int]:
         """Return the last count of that name by node, of those that report it."""

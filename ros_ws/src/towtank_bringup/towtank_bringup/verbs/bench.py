@@ -51,6 +51,19 @@ def cpu(seconds: float, as_json: bool) -> None:
     run(source, "cpu.py", [], "--seconds", str(seconds), *(["--json"] if as_json else []))
 
 
+@command.command("bag-fuzz")
+@click.option("--cases", type=click.IntRange(min=1), default=10_000, show_default=True)
+@click.option("--seed", type=int, default=1, show_default=True)
+@click.option("--only", type=click.IntRange(min=0), help="One case by its number, and its text.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def bag_fuzz(cases: int, seed: int, only: int | None, as_json: bool) -> None:
+    """Damaged bags by the thousand, on all cores: each gives the right result, or says what is
+    lost, or one line why there is none."""
+    wishes = [f"--cases={cases}", f"--seed={seed}"]
+    wishes += [] if only is None else [f"--only={only}"]
+    run(source_tree("the benchmarks"), "bag_fuzz.py", [], *wishes, *(["--json"] if as_json else []))
+
+
 def run_with_peers(program: str, *arguments: str) -> None:
     """Runs a program of tests/benchmarks with the other simulators on its path."""
     source = source_tree("the benchmarks")
