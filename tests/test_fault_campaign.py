@@ -20,6 +20,7 @@ import pty
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
 import pytest
 from offline_trial import ELF
 from towtank_daq.board import AdcBoard, BoardError, NoAnswer, Scan
@@ -162,6 +163,85 @@ def test_adc_that_stops_answering(run):
     run.assert_carriage_counts_are_of_their_instants()
     assert 190 < len(run.bad) < 215
     assert run.gaps == [] and run.scans[-1].valid_mask == BOARD.all_valid
+
+
+def assert_marked_in_a_row(run: Run, most: int) -> None:
+    """The scans without all channels: not too many, none between whole ones, each with a flag."""
+    bad = [scan.sequence for scan in run.bad]
+    assert bad == list(range(bad[0], bad[0] + len(bad))) and len(bad) <= most
+    assert all(scan.flags for scan in run.bad)
+    assert not any(scan.flags for scan in run.scans if scan.valid_mask == BOARD.all_valid)
+
+
+def test_adc_resets_alone(run):
+    """Its supply dips while the controller's does not: a scan cut short, two without any channel,
+    and the one in which it is set up anew; at most one more for where the dip falls."""
+    run.line.run(run.board.now_ns + 3 * MS)
+    run.board.dip_adc_supply()
+    run.driver.poll(2.0)
+    run.end()
+    run.assert_carriage_counts_are_of_their_instants()
+    assert run.gaps == [] and run.driver.statistics.restarts == 0
+    assert_marked_in_a_row(run, 5)
+    health = run.driver.counters()
+    assert (health.adc_restarts, health.adc_error_bits) == (1, BOARD.adc_error["power_on"])
+    told, tells = run.warnings
+    assert told.startswith("the ADC had lost its settings and was set up anew: ")
+    assert tells == "the ADC tells of power on: check its 3.3 V supply"
+
+
+def test_adc_without_supply_for_three_seconds(run):
+    run.board.set_faults(adc_silent=True)
+    run.driver.poll(3.0)
+    run.board.dip_adc_supply()
+    run.board.set_faults()
+    run.driver.poll(2.0)
+    run.end()
+    run.assert_carriage_counts_are_of_their_instants()
+    assert run.gaps == [] and run.driver.statistics.restarts == 0
+    assert_marked_in_a_row(run, 300 + 13)  # set-ups are begun 0.1 s apart and take 10 ms
+    assert run.warnings[0].startswith("the ADC has given nothing for 1 s")
+    assert run.warnings[1].startswith("the ADC had lost its settings and was set up anew")
+
+
+READ_ONLY = {0x00, 0x02, 0x05, 0x06, 0x08}
+
+
+def test_a_flipped_bit_in_each_register_of_the_adc(run):
+    """One of each, at any instant of a scan (every bit of each: firmware/tests/test_scan.c). Found
+    within the scan or the next, at most; no value is wrong and unmarked. The check of the chip
+    itself is what its own bit turns off: then registers are read back, one a scan."""
+    random = np.random.default_rng(5)
+    for address in sorted(set(range(0x01, 0x39)) - READ_ONLY):
+        width = 16 if address in (0x01, 0x04) or 0x09 <= address < 0x21 else 24
+        bit = 1 if address == 0x07 else int(random.integers(width))
+        run.line.run(run.board.now_ns + int(random.integers(10 * MS)))
+        before, first = run.driver.counters().adc_restarts, len(run.scans)
+        run.board.flip_adc_bit(address, bit)
+        run.driver.poll(0.65 if address == 0x07 else 0.13)
+        assert run.driver.counters().adc_restarts == before + 1, hex(address)
+        assert len([scan for scan in run.scans[first:] if scan in run.bad]) <= 5
+        assert run.scans[-1].valid_mask == BOARD.all_valid
+    run.end()
+    assert all(scan.flags for scan in run.bad)
+    assert run.gaps == [] and run.driver.statistics.restarts == 0
+    assert BOARD.adc_error["register_checksum"] & run.driver.counters().adc_error_bits
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_sync_begins_the_sequence_anew_or_lets_it_go_on(goes_on):
+    with VirtualBoard(ELF, seed=43, noise_volts=0.0, sync_goes_on=goes_on) as board:
+        run = Run(board, line_of(board))
+        run.begin()
+        run.driver.poll(3.0)
+        assert run.bad == [] and not any(scan.flags for scan in run.scans)
+        board.dip_adc_supply()
+        run.driver.poll(1.0)
+        run.end()
+        assert_marked_in_a_row(run, 5)
+        health = run.driver.counters()
+        assert health.adc_sequence_errors == 0
+        assert health.supply_code and health.adc_temperature_code
 
 
 def test_bit_errors_on_the_line(run):

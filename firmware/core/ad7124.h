@@ -15,27 +15,60 @@ enum ad7124_register {
     AD7124_STATUS = 0x00,
     AD7124_ADC_CONTROL = 0x01,
     AD7124_DATA = 0x02,
+    AD7124_IO_CONTROL_1 = 0x03,
+    AD7124_IO_CONTROL_2 = 0x04,
     AD7124_ID = 0x05,
     AD7124_ERROR = 0x06,
     AD7124_ERROR_EN = 0x07,
+    AD7124_MCLK_COUNT = 0x08,
     AD7124_CHANNEL_0 = 0x09,
     AD7124_CONFIG_0 = 0x19,
     AD7124_FILTER_0 = 0x21,
     AD7124_OFFSET_0 = 0x29,
+    AD7124_GAIN_0 = 0x31,
+    AD7124_REGISTERS = 0x39,
+};
+
+#define AD7124_SETUPS 8u
+#define AD7124_NO_HOUSEKEEPING BOARD_HOUSEKEEPING_COUNT
+#define AD7124_UNKNOWN_HOUSEKEEPING (BOARD_HOUSEKEEPING_COUNT + 1u) // a write that may not have come through
+
+// What the chip was set up to hold.
+struct ad7124 {
+    struct configure_arguments configuration;
+    uint8_t housekeeping;          // source that CHANNEL_6 converts, or one of the two above
+    uint32_t gains[AD7124_SETUPS]; // each chip has its own, from its factory
+    uint8_t step;                  // of the set-up
+    uint32_t reset_ticks;          // low half of the time of the reset that begins it
+    uint8_t examined;              // register that ad7124_examine read last
 };
 
 struct ad7124_conversion {
     uint32_t code;   // 24 bits
     uint8_t slot;    // number of the CHANNEL register it belongs to
+    bool powered_on; // the chip has been reset since it was set up
+    bool error;      // ERROR says what is wrong
 };
 
-// Resets the chip and reads its ID register; 0 if nothing answers as an AD7124-8.
+// Resets the chip and reads its ID register; 0 if nothing answers as an AD7124-8. Takes 5 ms.
 uint8_t ad7124_reset(void);
 
-// Resets the chip and writes a configuration: CHANNEL_n, CONFIG_n and FILTER_n for the n-th channel
-// of its order, and housekeeping source 0 behind all that there may be. Every register is read back;
-// false if one is not as written. The ADC must be held by SYNC.
-bool ad7124_set_up(const struct configure_arguments *configuration);
+// Reads the ID register of a chip in any state, also while it converts; 0 as above.
+uint8_t ad7124_identify(void);
+
+// Whether a chip in any state has been reset since its STATUS was read last.
+bool ad7124_was_reset(void);
+
+// Sets the chip up in small steps, of which none takes longer than six transactions: a reset, then
+// CHANNEL_n, CONFIG_n and FILTER_n for the n-th channel of the order, and a slot for housekeeping
+// behind all that there may be, which no source has yet. What is written is read back. The ADC must
+// be held by SYNC. The whole takes 5 ms of waiting and 5 to 10 ms of steps.
+enum ad7124_progress { AD7124_BUSY, AD7124_DONE, AD7124_FAILED };
+void ad7124_begin_set_up(struct ad7124 *adc, const struct configure_arguments *configuration);
+enum ad7124_progress ad7124_go_on_with_set_up(struct ad7124 *adc);
+
+// The same in one go; false if the chip does not answer, or a register is not as written.
+bool ad7124_set_up(struct ad7124 *adc, const struct configure_arguments *configuration);
 
 // Resets the chip and sets the self-test's slots up, the accelerometer's axes behind them.
 bool ad7124_set_up_self_test(void);
@@ -45,12 +78,25 @@ bool ad7124_set_up_self_test(void);
 #define AD7124_ECHOES 29u
 uint8_t ad7124_echo_errors(void);
 
-// The transaction that chooses the housekeeping source, for hal_adc_exchange with the ADC held by
-// SYNC. Coded apart, because interrupts are locked out while it is sent.
+// The transaction that lets CHANNEL_6 convert a source or none, for hal_adc_exchange with the ADC
+// held by SYNC. Coded apart, because interrupts are locked out while it is sent.
 #define AD7124_HOUSEKEEPING_SIZE 4u
 void ad7124_encode_housekeeping(uint8_t bytes[AD7124_HOUSEKEEPING_SIZE], uint8_t source);
 
+// Reads back whether CHANNEL_6 has the source that was written; if not, what it has is unknown.
+void ad7124_verify_housekeeping(struct ad7124 *adc, uint8_t source);
+
 // Reads the finished conversion; false if its CRC is wrong.
 bool ad7124_read_conversion(struct ad7124_conversion *conversion);
+
+// Reads ERROR, which clears it; false if the CRC is wrong.
+bool ad7124_read_errors(uint32_t *errors);
+
+// Bits of ERROR that tell of a bad transaction on the bus: the registers and conversions are sound.
+#define AD7124_BUS_ERRORS 0x00007Cul
+
+// Reads one register back, the next one at each call, round and round over all that can be written.
+enum ad7124_finding { AD7124_AS_SET_UP, AD7124_NOT_AS_SET_UP, AD7124_UNREADABLE };
+enum ad7124_finding ad7124_examine(struct ad7124 *adc);
 
 #endif

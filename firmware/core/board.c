@@ -29,7 +29,7 @@ void board_init(struct board *board)
     struct configure_arguments configuration = storage_load(&board->storage);
     scan_init(&board->scan, &board->transmitter, &configuration);
     hal_adc_hold();
-    board->adc_id = ad7124_reset();
+    ad7124_reset();
     board->last_host_frame = (uint32_t)hal_time();
     board->last_health = board->last_host_frame;
     drive_init(&board->drive, board->last_host_frame);
@@ -48,6 +48,8 @@ struct health_frame board_health(const struct board *board)
         .scan_overruns = scan.overruns,
         .spi_crc_errors = scan.spi_crc_errors,
         .adc_sequence_errors = scan.sequence_errors,
+        .adc_errors = scan.adc_errors,
+        .adc_restarts = scan.adc_restarts,
         .illegal_steps = encoders.illegal_steps,
         .rx_overflows = hal_serial_rx_overflows(),
         .rx_bad_frames = board->parser.bad_frames,
@@ -57,6 +59,7 @@ struct health_frame board_health(const struct board *board)
         .stack_low_water = hal_stack_low_water(),
         .adc_temperature_code = board->scan.housekeeping_codes[BOARD_HOUSEKEEPING_ADC_TEMPERATURE],
         .supply_code = board->scan.housekeeping_codes[BOARD_HOUSEKEEPING_SUPPLY],
+        .adc_error_bits = board->scan.adc_error_bits,
         .scans_scheduled = scan_scheduled(&board->scan),
         .state = board->scan.streaming ? BOARD_STATE_STREAMING : BOARD_STATE_IDLE,
         .configuration_origin = board->storage.origin,

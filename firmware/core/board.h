@@ -22,7 +22,6 @@ struct board {
     struct watchdog watchdog;
     struct storage storage;
     struct drive drive;
-    uint8_t adc_id;
     bool reset_wanted;
     uint16_t sync_stamp;         // when the latest answer to `sync` was begun …
     uint16_t sync_coding_ticks;  // … and how long it took to be on its way
@@ -30,7 +29,7 @@ struct board {
     uint32_t last_health;
 };
 
-// After hal_init: probes the ADC and sends the boot frame.
+// After hal_init: resets the ADC and sends the boot frame.
 void board_init(struct board *board);
 
 // One round of the main loop.

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "ad7124.h"
 #include "board.h"
 #include "board_protocol.h"
 #include "configuration.h"
@@ -18,12 +19,13 @@ typedef uint8_t handler(struct board *board, const uint8_t *arguments, uint8_t *
 
 static uint8_t identify(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
 {
+    (void)board;
     (void)arguments;
     struct identify_response response = {
         .protocol = BOARD_PROTOCOL,
         .schema_hash = BOARD_SCHEMA_HASH,
         .firmware_version = BOARD_FIRMWARE_VERSION,
-        .adc_id = board->adc_id,
+        .adc_id = ad7124_identify(),
         .clock_hz = BOARD_TICK_HZ,
         .calibration_id = storage_number(BOARD_EEPROM_CALIBRATION_ID),
         .board_serial = storage_number(BOARD_EEPROM_BOARD_SERIAL),

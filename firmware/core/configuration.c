@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "configuration.h"
 
-#include <stdbool.h>
-
 // Time for reading the last conversion and sending the frame before the next tick.
 #define READOUT_TICKS (BOARD_TICK_HZ / 5000)
 
@@ -78,11 +76,21 @@ static uint32_t conversion_cycles(const struct configure_arguments *configuratio
     return filter * configuration->filter_fs + BOARD_ADC_FILTER_DEAD_CYCLES;
 }
 
+static uint32_t longest(const struct configure_arguments *configuration, uint8_t conversions)
+{
+    uint64_t ticks = (uint64_t)conversion_cycles(configuration) * conversions * BOARD_TICK_HZ;
+    return (uint32_t)(ticks * 21 / 20 / BOARD_ADC_MASTER_CLOCK_HZ) + READOUT_TICKS;
+}
+
 uint32_t configuration_longest_scan(const struct configure_arguments *configuration)
 {
-    uint64_t ticks = (uint64_t)conversion_cycles(configuration) *
-                     configuration_channels(configuration) * BOARD_TICK_HZ;
-    return (uint32_t)(ticks * 21 / 20 / BOARD_ADC_MASTER_CLOCK_HZ) + READOUT_TICKS;
+    return longest(configuration, configuration_channels(configuration));
+}
+
+bool configuration_housekeeping_fits(const struct configure_arguments *configuration)
+{
+    uint8_t conversions = (uint8_t)(configuration_channels(configuration) + 1);
+    return longest(configuration, conversions) <= configuration_period(configuration);
 }
 
 uint32_t configuration_shortest_conversion(const struct configure_arguments *configuration)

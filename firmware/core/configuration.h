@@ -5,6 +5,7 @@
 #ifndef CONFIGURATION_H
 #define CONFIGURATION_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "board_protocol.h"
@@ -26,6 +27,9 @@ uint32_t configuration_period(const struct configure_arguments *configuration);
 // Ticks after the scan's start at which its last conversion has been read and its frame is on its
 // way, on the slowest ADC.
 uint32_t configuration_longest_scan(const struct configure_arguments *configuration);
+
+// Whether one more conversion, for housekeeping, fits behind a scan of the slowest ADC.
+bool configuration_housekeeping_fits(const struct configure_arguments *configuration);
 
 // Ticks from one conversion to the next, on the fastest ADC.
 uint32_t configuration_shortest_conversion(const struct configure_arguments *configuration);

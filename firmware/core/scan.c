@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scan.h"
 
-#include "ad7124.h"
+#include <string.h>
+
 #include "configuration.h"
 
 // The shortest conversion that a configuration may have: third order, smallest filter word, 5 % fast.
@@ -15,7 +16,9 @@ void scan_configure(struct scan *scan, const struct configure_arguments *configu
     scan->channels = configuration_channels(configuration);
     scan->period = configuration_period(configuration);
     scan->latest_conversion = configuration_longest_scan(configuration);
-    scan->spare_ticks = configuration_shortest_conversion(configuration) - SCAN_OTHER_WORK_TICKS;
+    scan->shortest_conversion = configuration_shortest_conversion(configuration);
+    scan->spare_ticks = scan->shortest_conversion - SCAN_OTHER_WORK_TICKS;
+    scan->housekeeping_fits = configuration_housekeeping_fits(configuration);
 }
 
 void scan_init(struct scan *scan, struct transmitter *transmitter,
@@ -29,10 +32,13 @@ void scan_init(struct scan *scan, struct transmitter *transmitter,
 static void on_tick(void *context, uint64_t scheduled)
 {
     struct scan *scan = context;
-    hal_adc_restart();
+    bool without_adc = scan->adc_lost;
+    if (!without_adc)
+        hal_adc_restart();
     if (scan->latch.pending)
         scan->counters.missed_ticks++;
     scan->latch.pending = true;
+    scan->latch.without_adc = without_adc;
     scan->latch.number = scan->scheduled++;
     scan->latch.ticks = (uint32_t)scheduled;
     hal_encoders_read(&scan->latch.encoders);
@@ -41,11 +47,13 @@ static void on_tick(void *context, uint64_t scheduled)
 bool scan_start(struct scan *scan, uint64_t *first)
 {
     hal_adc_hold();
-    if (!ad7124_set_up(&scan->configuration))
+    scan->last_set_up = (uint32_t)hal_time();
+    if (!ad7124_set_up(&scan->adc, &scan->configuration))
         return false;
-    scan->housekeeping_selected = 0;
-    scan->housekeeping_wanted = 0;
-    scan->housekeeping_due = true;
+    scan->adc_lost = false;
+    scan->empty_scans = 0;
+    scan->housekeeping_next = 0;
+    scan->housekeeping_due = scan->housekeeping_fits;
     scan->converting = false;
     scan->scheduled = 0;
     scan->latch.pending = false;
@@ -101,16 +109,75 @@ static void send_record(struct scan *scan)
     transmit(scan->transmitter, payload, sizeof payload);
 }
 
+// Gives the ADC up until it is set up anew, which comes in the rounds of the main loop.
+static void lose_adc(struct scan *scan)
+{
+    scan->adc_lost = true; // first: no tick starts the sequence from here on
+    scan->adc_in_set_up = false;
+    scan->converting = false;
+    scan->empty_scans = 0;
+    uint8_t state = hal_lock();
+    hal_adc_hold();
+    hal_unlock(state);
+}
+
+// Nothing of this scan can be believed.
+static void discard_channels(struct scan *scan)
+{
+    scan->record.valid_mask = 0;
+    memset(scan->record.codes, 0, sizeof scan->record.codes);
+}
+
+// One step towards an ADC that converts again, from the next tick on. A set-up is begun at most every
+// BOARD_ADC_SET_UP_PERIOD_TICKS, whatever it comes to.
+static void restore_adc(struct scan *scan)
+{
+    if (!scan->adc_in_set_up) {
+        uint32_t now = (uint32_t)hal_time();
+        if (now - scan->last_set_up < BOARD_ADC_SET_UP_PERIOD_TICKS)
+            return;
+        scan->last_set_up = now;
+        scan->counters.adc_restarts++;
+        scan->adc_in_set_up = true;
+        if (ad7124_was_reset())
+            scan->adc_error_bits |= BOARD_ADC_ERROR_POWER_ON;
+        ad7124_begin_set_up(&scan->adc, &scan->configuration);
+        return;
+    }
+    enum ad7124_progress progress = ad7124_go_on_with_set_up(&scan->adc);
+    if (progress == AD7124_BUSY)
+        return;
+    scan->adc_in_set_up = false;
+    if (progress == AD7124_DONE)
+        scan->adc_lost = false;
+}
+
 static bool channels_missing(const struct scan *scan)
 {
     return scan->converting && scan->slot < scan->channels;
+}
+
+// Sends a scan to which nothing comes any more, and counts those in a row that have nothing.
+static void finish_record(struct scan *scan)
+{
+    send_record(scan);
+    if (scan->record.valid_mask != 0)
+        scan->empty_scans = 0;
+    else if (++scan->empty_scans == BOARD_ADC_EMPTY_SCANS)
+        lose_adc(scan);
 }
 
 static void cut_short(struct scan *scan)
 {
     scan->counters.overruns++;
     scan->record.flags |= BOARD_FLAG_OVERRUN;
-    send_record(scan);
+    finish_record(scan);
+}
+
+// What CHANNEL_6 has to convert behind the next scan.
+static uint8_t housekeeping_wanted(const struct scan *scan)
+{
+    return scan->housekeeping_due ? scan->housekeeping_next : AD7124_NO_HOUSEKEEPING;
 }
 
 // Puts the ADC to rest until the next tick. Locked as a whole: a tick that has come already keeps
@@ -120,25 +187,71 @@ static void rest(struct scan *scan)
 {
     scan->converting = false;
     uint8_t selection[AD7124_HOUSEKEEPING_SIZE];
-    bool select = scan->housekeeping_selected != scan->housekeeping_wanted;
+    uint8_t wanted = housekeeping_wanted(scan);
+    bool select = scan->adc.housekeeping != wanted;
     if (select)
-        ad7124_encode_housekeeping(selection, scan->housekeeping_wanted);
+        ad7124_encode_housekeeping(selection, wanted);
     uint8_t state = hal_lock();
-    if (!scan->latch.pending) {
+    bool idle = !scan->latch.pending;
+    if (idle) {
         hal_adc_hold();
-        if (select) {
+        if (select)
             hal_adc_exchange(selection, sizeof selection);
-            scan->housekeeping_selected = scan->housekeeping_wanted;
-        }
     }
     hal_unlock(state);
+    if (idle && select) // the chip may have been about its own checks: then the next rest tries again
+        ad7124_verify_housekeeping(&scan->adc, wanted);
+}
+
+// Compares one register with what it was set up to. What the chip's own check finds shows in STATUS
+// sooner; this finds what has happened to that check, and what a write has hidden from it.
+static void examine(struct scan *scan)
+{
+    if (scan->adc_lost || scan->adc.housekeeping == AD7124_UNKNOWN_HOUSEKEEPING)
+        return;
+    switch (ad7124_examine(&scan->adc)) {
+    case AD7124_NOT_AS_SET_UP:
+        lose_adc(scan);
+        break;
+    case AD7124_UNREADABLE:
+        scan->counters.spi_crc_errors++;
+        break;
+    case AD7124_AS_SET_UP:
+        break;
+    }
+}
+
+// Whether the registers behind a conversion are those of the set-up. Errors of the bus are counted and
+// marked, and the conversion, whose own CRC is good, is taken.
+static bool is_sound(struct scan *scan, const struct ad7124_conversion *conversion)
+{
+    if (!conversion->powered_on && !conversion->error)
+        return true;
+    uint32_t errors = 0;
+    bool known = conversion->error && ad7124_read_errors(&errors);
+    if (conversion->powered_on)
+        errors |= BOARD_ADC_ERROR_POWER_ON;
+    scan->counters.adc_errors++;
+    scan->adc_error_bits |= errors;
+    scan->record.flags |= BOARD_FLAG_ADC_ERROR;
+    return known && errors != 0 && (errors & ~AD7124_BUS_ERRORS) == 0;
+}
+
+// Whether a conversion comes sooner after the tick than that of its slot can: the sequence began
+// elsewhere, or left one out. An eighth of a conversion is for the board's own clock.
+static bool is_early(const struct scan *scan, uint8_t slot, uint32_t since_tick)
+{
+    uint32_t due = (slot + 1u) * scan->shortest_conversion;
+    return since_tick + scan->shortest_conversion / 8 < due;
 }
 
 // Takes the conversion into the record and moves to the slot behind it.
-static void take_channel(struct scan *scan, const struct ad7124_conversion *conversion)
+static void take_channel(struct scan *scan, const struct ad7124_conversion *conversion,
+                         uint32_t since_tick)
 {
     uint8_t slot = conversion->slot;
-    if (slot != scan->slot) {
+    bool early = is_early(scan, slot, since_tick) || (scan->slot == 0 && slot != 0);
+    if (slot != scan->slot || early) {
         scan->counters.sequence_errors++;
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;
     }
@@ -146,44 +259,48 @@ static void take_channel(struct scan *scan, const struct ad7124_conversion *conv
         scan->slot = scan->channels; // the scan's other conversions are lost
         return;
     }
+    scan->slot = (uint8_t)(slot + 1);
+    if (early)
+        return;
     uint8_t channel = scan->configuration.order[slot];
     scan->record.codes[channel] = conversion->code;
     scan->record.valid_mask = (uint8_t)(scan->record.valid_mask | 1u << channel);
-    scan->slot = (uint8_t)(slot + 1);
-}
-
-// The ADC goes round its channels until it is held. Had the main loop slept, a conversion could be
-// of a later round, at another instant than the record says.
-static bool of_another_round(const struct scan *scan)
-{
-    return (uint32_t)hal_time() - scan->record.ticks > scan->latest_conversion;
 }
 
 // True when the record is complete and sent.
 static bool read_channel(struct scan *scan)
 {
-    bool late = of_another_round(scan);
+    uint32_t since_tick = (uint32_t)hal_time() - scan->record.ticks;
     struct ad7124_conversion conversion;
     bool crc_good = ad7124_read_conversion(&conversion);
     scan->last_conversion = (uint32_t)hal_time();
     if (scan->latch.pending)
         return false; // the sequence was restarted during the read, which may be of either scan
-    if (late) {
-        scan->counters.sequence_errors++;
-        scan->record.flags |= BOARD_FLAG_ADC_ERROR;
-        scan->slot = scan->channels;
-    } else if (crc_good) {
-        take_channel(scan, &conversion);
-    } else {
+    if (!crc_good) {
         scan->counters.spi_crc_errors++;
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;
         scan->slot++;
+    } else if (!is_sound(scan, &conversion)) {
+        scan->record.flags |= BOARD_FLAG_ADC_RESTART;
+        discard_channels(scan);
+        send_record(scan);
+        lose_adc(scan);
+        return true;
+    } else if (since_tick > scan->latest_conversion) {
+        // The ADC goes round its channels until it is held. Had the main loop slept, a conversion could
+        // be of a later round, at another instant than the record says.
+        scan->counters.sequence_errors++;
+        scan->record.flags |= BOARD_FLAG_ADC_ERROR;
+        scan->slot = scan->channels;
+    } else {
+        take_channel(scan, &conversion, since_tick);
     }
     if (channels_missing(scan))
         return false;
-    send_record(scan);
-    if (!scan->housekeeping_due)
+    if (!scan->housekeeping_due || scan->adc.housekeeping != housekeeping_wanted(scan))
         rest(scan);
+    finish_record(scan);
+    examine(scan);
     return true;
 }
 
@@ -193,12 +310,23 @@ static void read_housekeeping(struct scan *scan)
     if (!ad7124_read_conversion(&conversion)) {
         scan->counters.spi_crc_errors++;
     } else if (!scan->latch.pending && conversion.slot == BOARD_CHANNEL_COUNT) {
-        scan->housekeeping_codes[scan->housekeeping_selected] = conversion.code;
-        scan->housekeeping_wanted =
-            (uint8_t)((scan->housekeeping_selected + 1u) % BOARD_HOUSEKEEPING_COUNT);
+        if (!is_sound(scan, &conversion)) {
+            lose_adc(scan);
+            return;
+        }
+        scan->housekeeping_codes[scan->housekeeping_next] = conversion.code;
+        scan->housekeeping_next = (uint8_t)((scan->housekeeping_next + 1u) % BOARD_HOUSEKEEPING_COUNT);
         scan->housekeeping_due = false;
     }
     rest(scan);
+}
+
+// A tick without an ADC: what there is goes out at once.
+static void send_without_channels(struct scan *scan)
+{
+    scan->converting = false;
+    scan->record.flags |= BOARD_FLAG_ADC_RESTART;
+    send_record(scan);
 }
 
 bool scan_poll(struct scan *scan)
@@ -210,7 +338,15 @@ bool scan_poll(struct scan *scan)
         if (cut)
             cut_short(scan);
         open_record(scan, &tick, missed_ticks);
+        if (tick.without_adc || scan->adc_lost) {
+            send_without_channels(scan);
+            return true;
+        }
         return cut;
+    }
+    if (scan->streaming && scan->adc_lost) {
+        restore_adc(scan);
+        return false;
     }
     if (!scan->converting || !hal_adc_ready())
         return false;
@@ -244,7 +380,7 @@ void scan_end(struct scan *scan)
 
 void scan_request_housekeeping(struct scan *scan)
 {
-    scan->housekeeping_due = true;
+    scan->housekeeping_due = scan->housekeeping_fits;
 }
 
 uint32_t scan_scheduled(const struct scan *scan)

@@ -6,12 +6,20 @@
 // A tick that comes while the scan before it is incomplete cuts that scan short: its frame goes out
 // with the channels that were read. A tick that comes before the main loop saw the one before is a
 // missed tick of the earlier one. So the host can account for every tick.
+//
+// An ADC that has lost its registers, by a reset of its own, a flipped bit or its power, is set up anew
+// while the ticks go on: their frames hold the encoders, no channel, and a flag.
+//
+// Whether the rising edge of SYNC begins the sequence anew or lets it go on where it was held, nobody
+// says. So the sequence has the scan's channels alone, and is held behind the last of them: there the
+// two are the same. A conversion that is not at its own time since the tick is not taken.
 #ifndef SCAN_H
 #define SCAN_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "ad7124.h"
 #include "board_protocol.h"
 #include "hal.h"
 #include "transmit.h"
@@ -27,6 +35,7 @@ struct scan_tick {
     uint32_t number; // of the scan since start, from 0
     uint32_t ticks;  // low half of the scheduled instant
     struct hal_encoders encoders;
+    bool without_adc; // which is being set up anew, and was not started
 };
 
 struct scan_counters {
@@ -34,6 +43,8 @@ struct scan_counters {
     uint32_t overruns;
     uint32_t spi_crc_errors;
     uint32_t sequence_errors;
+    uint32_t adc_errors;
+    uint32_t adc_restarts;
 };
 
 struct scan {
@@ -42,13 +53,23 @@ struct scan {
     uint8_t channels;                         // that a scan converts
     uint32_t period;                          // ticks
     uint32_t latest_conversion; // ticks after the scan's start: what ends later is of another round
-    uint32_t spare_ticks;       // behind a conversion, in which other work can be begun
-    bool streaming; // between start and stop
+    uint32_t shortest_conversion; // ticks
+    uint32_t spare_ticks;         // behind a conversion, in which other work can be begun
+    bool housekeeping_fits;       // behind a scan's channels
+    bool streaming;               // between start and stop
 
     // The interrupt writes these; the main loop touches them locked.
     struct scan_tick latch;
     uint32_t scheduled; // ticks since start
     struct scan_counters counters;
+
+    // An ADC that is set up anew; the interrupt does not start it meanwhile.
+    struct ad7124 adc;
+    volatile bool adc_lost;
+    bool adc_in_set_up;
+    uint32_t last_set_up;   // low half of the time at which it was begun
+    uint32_t adc_error_bits; // that ERROR has shown since the board's reset
+    uint8_t empty_scans;     // in a row
 
     // The scan that the main loop reads.
     bool converting; // conversions of it are still to come
@@ -59,8 +80,7 @@ struct scan {
     uint32_t reported_illegal_steps;
 
     bool housekeeping_due;
-    uint8_t housekeeping_selected; // source that the ADC is set to
-    uint8_t housekeeping_wanted;   // source that is next
+    uint8_t housekeeping_next; // source
     uint32_t housekeeping_codes[BOARD_HOUSEKEEPING_COUNT]; // 0 until first read
 };
 
@@ -72,7 +92,7 @@ void scan_init(struct scan *scan, struct transmitter *transmitter,
 void scan_configure(struct scan *scan, const struct configure_arguments *configuration);
 
 // Sets the ADC up and starts the sample timer; *first is scan 0's instant. False if the ADC does
-// not answer as it should.
+// not answer as it should. Takes 10 to 15 ms.
 bool scan_start(struct scan *scan, uint64_t *first);
 
 // Whether scan_poll still has something to read, once the sample timer has been stopped.

@@ -290,6 +290,10 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     yield define("BOARD_ADC_FILTER_DEAD_CYCLES", f"{adc['filter']['dead_cycles']}u")
     for limit, value in adc["filter"]["fs"].items():
         yield define(f"BOARD_ADC_FS_{limit.upper()}", f"{value}u")
+    recovery = adc["recovery"]
+    yield define("BOARD_ADC_EMPTY_SCANS", f"{recovery['empty_scans']}u")
+    period = round(recovery["set_up_period_s"] * controller["tick_hz"])
+    yield define("BOARD_ADC_SET_UP_PERIOD_TICKS", u32(period))
     yield "/* CHANNEL_n without its setup and CONFIG_n without its gain, by channel. */"
     words = [hexadecimal(channel_register(channel), 4) for channel in channels]
     yield define("BOARD_ADC_CHANNELS_REGISTERS", braces(words))
@@ -355,6 +359,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
         yield define(f"BOARD_COMMAND_{name.upper()}", hexadecimal(command["type"], 2))
     for group in (
         *("status", "board_state", "configuration_origin", "data_flags", "reset_cause"),
+        "adc_error",
         *("drive_state", "drive_trip", "drive_action"),
     ):
         for name, value in board[group].items():

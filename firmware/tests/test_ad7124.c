@@ -15,10 +15,12 @@ static int connect(void **state)
     return 0;
 }
 
+static struct ad7124 adc;
+
 static bool set_up_default(void)
 {
     struct configure_arguments configuration = configuration_default();
-    return ad7124_set_up(&configuration);
+    return ad7124_set_up(&adc, &configuration);
 }
 
 static void reset_finds_the_chip(void **state)
@@ -56,7 +58,7 @@ static void set_up_writes_the_registers_of_the_data_sheet(void **state)
     assert_true(set_up_default());
     const uint32_t *registers = device->registers;
     assert_int_equal(registers[0x01], 0x0780); // DATA_STATUS, CS_EN, REF_EN, full power, continuous
-    assert_int_equal(registers[0x07], 0x000044);
+    assert_int_equal(registers[0x07], 0x0002E7); // all checks of registers, bus and regulators
     // Enable, setup, AINP, AINM.
     assert_int_equal(registers[0x09], 0x8000 | 0 << 12 | 0 << 5 | 1);
     assert_int_equal(registers[0x0A], 0x8000 | 1 << 12 | 2 << 5 | 3);
@@ -64,9 +66,8 @@ static void set_up_writes_the_registers_of_the_data_sheet(void **state)
     assert_int_equal(registers[0x0C], 0x8000 | 3 << 12 | 5 << 5 | 17);
     assert_int_equal(registers[0x0D], 0x8000 | 4 << 12 | 6 << 5 | 17);
     assert_int_equal(registers[0x0E], 0x8000 | 5 << 12 | 7 << 5 | 17);
-    assert_int_equal(registers[0x0F], 0x8000 | 6 << 12 | 16 << 5 | 17);
-    for (uint8_t channel = 7; channel < 16; channel++)
-        assert_int_equal(registers[0x09 + channel] & 0x8000, 0);
+    for (uint8_t channel = 6; channel < 16; channel++)
+        assert_int_equal(registers[0x09 + channel], 0x0001);
     // Bipolar on REFIN1 with all buffers but that of REFIN1-, which is ground; unipolar, then bipolar on the internal reference.
     static const uint16_t config[] = {0x0960, 0x0960, 0x0050, 0x0050, 0x0050, 0x0050, 0x0810};
     for (uint8_t setup = 0; setup < 7; setup++) {
@@ -80,8 +81,9 @@ static void set_up_writes_the_registers_of_the_data_sheet(void **state)
 static void set_up_fails_when_any_one_read_back_is_wrong(void **state)
 {
     struct fake_ad7124 *device = *state;
-    // After STATUS and ID: ERROR_EN, 7 × (CONFIG, FILTER, CHANNEL), ADC_CONTROL.
-    const uint32_t read_backs = 1 + 7 * 3 + 1;
+    // After STATUS and ID: ERROR_EN, ADC_CONTROL, 7 × (CONFIG, FILTER, CHANNEL), 8 gains, ERROR,
+    // ERROR_EN.
+    const uint32_t read_backs = 2 + 7 * 3 + 8 + 2;
     for (uint32_t i = 0; i <= read_backs; i++) {
         device->corrupt_reads_after = 2 + i;
         device->corrupt_reads = 1;
@@ -136,6 +138,96 @@ static void housekeeping_sources_take_turns_in_channel_6(void **state)
     assert_int_equal(device->registers[0x0F], 0x8000 | 6 << 12 | 20 << 5 | 21);
     select_housekeeping(0);
     assert_int_equal(device->registers[0x0F], 0x8000 | 6 << 12 | 16 << 5 | 17);
+    select_housekeeping(AD7124_NO_HOUSEKEEPING);
+    assert_int_equal(device->registers[0x0F] & 0x8000, 0);
+}
+
+static void control_is_written_before_anything_is_read_back(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    assert_true(set_up_default());
+    assert_int_equal(device->reads_without_cs_en, 2); // STATUS and ID, of which the last bit is not used
+}
+
+static void the_chip_tells_its_id_in_any_state(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    assert_int_equal(ad7124_identify(), 0x14); // without a CRC …
+    assert_true(set_up_default());
+    assert_int_equal(ad7124_identify(), 0x14); // … and with it
+    hal_adc_restart();
+    while (!hal_adc_ready())
+        hal_host_advance(10);
+    assert_int_equal(ad7124_identify(), 0x14);
+    assert_true(hal_adc_ready()); // the conversion still waits
+    device->absent = true;
+    assert_int_equal(ad7124_identify(), 0);
+}
+
+static void each_step_of_the_set_up_is_short(void **state)
+{
+    (void)state;
+    struct configure_arguments configuration = configuration_default();
+    ad7124_begin_set_up(&adc, &configuration);
+    enum ad7124_progress progress;
+    uint64_t begun = hal_host.time;
+    do {
+        uint64_t before = hal_host.time;
+        progress = ad7124_go_on_with_set_up(&adc);
+        // Six transactions at most, each of six bytes of 3 µs.
+        assert_in_range(hal_host.time - before, 0, 6 * 6 * 6);
+        hal_host_advance(20);
+    } while (progress == AD7124_BUSY);
+    assert_int_equal(progress, AD7124_DONE);
+    assert_in_range(hal_host.time - begun, 5 * 2000, 8 * 2000);
+}
+
+static void an_error_is_told_with_the_conversion_and_cleared_by_reading_it(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    assert_true(set_up_default());
+    hal_adc_restart();
+    struct ad7124_conversion conversion;
+    uint32_t errors;
+    fake_ad7124_flip_bit(device, 0x19, 0);
+    for (int i = 0; i < 2; i++) {
+        while (!hal_adc_ready())
+            hal_host_advance(10);
+        assert_true(ad7124_read_conversion(&conversion));
+        assert_int_equal(conversion.error, i == 0);
+        assert_false(conversion.powered_on);
+        assert_true(ad7124_read_errors(&errors));
+        assert_int_equal(errors, i == 0 ? 0x02 : 0x00);
+        device->map_damaged = false;
+    }
+}
+
+// Every bit of every register that can be written, against a chip whose own check is off.
+static void every_flipped_bit_is_read_back_within_a_round(void **state)
+{
+    struct fake_ad7124 *device = *state;
+    assert_true(set_up_default());
+    uint32_t good[FAKE_AD7124_REGISTERS];
+    memcpy(good, device->registers, sizeof good);
+    for (int i = 0; i < 2 * 52; i++)
+        assert_int_equal(ad7124_examine(&adc), AD7124_AS_SET_UP);
+    for (uint8_t address = 1; address < FAKE_AD7124_REGISTERS; address++) {
+        if (address == 0x02 || address == 0x05 || address == 0x06 || address == 0x08)
+            continue;
+        for (uint8_t bit = 0; bit < 8 * fake_ad7124_size_of(address); bit++) {
+            device->registers[address] ^= UINT32_C(1) << bit;
+            int calls = 1;
+            while (ad7124_examine(&adc) == AD7124_AS_SET_UP)
+                calls++;
+            assert_in_range(calls, 1, 52);
+            memcpy(device->registers, good, sizeof good);
+        }
+    }
+    // What cannot be read is no finding; the register comes again.
+    device->corrupt_reads = 1;
+    uint8_t examined = adc.examined;
+    assert_int_equal(ad7124_examine(&adc), AD7124_UNREADABLE);
+    assert_int_equal(adc.examined, examined);
 }
 
 int main(void)
@@ -149,6 +241,12 @@ int main(void)
         cmocka_unit_test_setup(a_conversion_is_read_with_its_channel, connect),
         cmocka_unit_test_setup(a_conversion_with_a_wrong_crc_is_refused, connect),
         cmocka_unit_test_setup(housekeeping_sources_take_turns_in_channel_6, connect),
+        cmocka_unit_test_setup(control_is_written_before_anything_is_read_back, connect),
+        cmocka_unit_test_setup(the_chip_tells_its_id_in_any_state, connect),
+        cmocka_unit_test_setup(each_step_of_the_set_up_is_short, connect),
+        cmocka_unit_test_setup(an_error_is_told_with_the_conversion_and_cleared_by_reading_it,
+                               connect),
+        cmocka_unit_test_setup(every_flipped_bit_is_read_back_within_a_round, connect),
     };
     return cmocka_run_group_tests_name("ad7124", tests, NULL, NULL);
 }

@@ -39,8 +39,10 @@ static void a_sound_board_gives_what_its_inputs_are(void **state)
     const uint32_t deflections[3] = {0x5000, 0x6000, 0x7000};
     for (int i = 0; i < 3; i++)
         whole->adc.deflections[4 + i] = deflections[i];
+    whole->adc.gains[1] = 5; // the 20 mV's
     uint64_t before = hal_host.time;
     struct self_test_response response = self_test(whole);
+    whole->adc.gains[1] = 0;
     assert_in_range(hal_host.time - before, 1, BOARD_WATCHDOG_MS * (BOARD_TICK_HZ / 1000));
     assert_int_equal(response.adc_id, 0x14);
     assert_int_equal(response.spi_errors, 0);
@@ -81,8 +83,8 @@ static void a_corrupted_bus_is_counted(void **state)
     whole->adc.corrupt_reads_after = 2 + 7;
     whole->adc.corrupt_reads = 1;
     assert_int_equal(self_test(whole).spi_errors, 1);
-    // STATUS and ID, the echoes, STATUS and ID again, CRC, 7 × (CONFIG, FILTER, CHANNEL), CONTROL.
-    whole->adc.corrupt_reads_after = 2 + 29 + 2 + 1 + 21 + 1 + 9;
+    // STATUS and ID, the echoes, STATUS and ID again, CRC and CONTROL, 7 × (CONFIG, FILTER, CHANNEL).
+    whole->adc.corrupt_reads_after = 2 + 29 + 2 + 2 + 21 + 9;
     whole->adc.corrupt_reads = 1;
     struct self_test_response response = self_test(whole);
     assert_int_equal(response.spi_errors, 1);

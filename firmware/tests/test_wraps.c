@@ -28,7 +28,8 @@ static void every_counter_of_what_went_wrong_passes_its_end(void **state)
     struct whole_board *whole = *state;
     for (int round = 0; round < ROUNDS; round++) {
         struct scan_counters *counters = &whole->board.scan.counters;
-        *counters = (struct scan_counters){UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
+        *counters = (struct scan_counters){UINT32_MAX, UINT32_MAX, UINT32_MAX,
+                                           UINT32_MAX, UINT32_MAX, UINT32_MAX};
         whole->board.parser.bad_frames = UINT32_MAX;
         whole->board.transmitter.dropped_frames = UINT32_MAX;
         hal_host.rx_overflows = UINT32_MAX;
@@ -56,8 +57,12 @@ static void every_counter_of_what_went_wrong_passes_its_end(void **state)
         whole_board_run_ms(whole, 10);
         hal_host.tx_space = 255;
         whole_board_run_ms(whole, 20);
+        whole->adc.registers[0] |= 0x10; // STATUS tells of a reset
+        whole_board_run_ms(whole, 150);
         stop(whole);
         struct health_frame health = whole_board_counters(whole);
+        assert_int_equal(health.adc_errors, 0);
+        assert_int_equal(health.adc_restarts, 0);
         assert_int_equal(health.missed_ticks, 1);
         assert_in_range(health.scan_overruns, 0, 1);
         assert_int_equal(health.spi_crc_errors, 1);

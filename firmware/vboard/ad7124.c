@@ -18,9 +18,11 @@ enum {
     CONTROL_REF_EN = 1 << 8,
 
     ERROR_SPI_IGNORE = 1 << 6,
+    ERROR_SPI_CLOCKS = 1 << 5,
     ERROR_SPI_READ = 1 << 4,
     ERROR_SPI_WRITE = 1 << 3,
     ERROR_SPI_CRC = 1 << 2,
+    ERROR_MAP_CRC = 1 << 1,
 
     CHANNEL_ENABLE = 1 << 15,
     CONFIG_BIPOLAR = 1 << 11,
@@ -69,6 +71,10 @@ static const double LEAST_REFERENCE_VOLTS = 1.0;
 // The gain's error for a reference of nothing, less for more: the data sheet promises nothing, this is an example.
 static const double LOW_REFERENCE_GAIN_ERROR = 0.1;
 
+// All registers are looked over 2400 times a second, while the master clock runs: data sheet, "Memory map
+// checksum protection", from memory. A write makes the chip compute their checksum anew, flipped bits and all.
+static const double MAP_CHECK_NS = 1e9 / 2400.0;
+
 static unsigned register_bytes(unsigned address)
 {
     switch (address) {
@@ -100,6 +106,12 @@ uint8_t ad7124_crc8(uint8_t crc, uint8_t byte)
 static void raise_error(ad7124 *adc, uint32_t error)
 {
     adc->registers[AD7124_ERROR] |= error & adc->registers[AD7124_ERROR_EN];
+}
+
+static void look_over_the_map(ad7124 *adc, double now_ns)
+{
+    if (adc->map_damaged && now_ns - adc->damaged_ns >= MAP_CHECK_NS)
+        raise_error(adc, ERROR_MAP_CRC);
 }
 
 static bool crc_enabled(const ad7124 *adc)
@@ -182,17 +194,25 @@ static void begin_conversion(ad7124 *adc, unsigned channel, double now_ns)
     adc->done_ns = now_ns + cycles_ns(adc, settled_cycles(adc, channel));
 }
 
-// Starts the sequence over, if the mode and SYNC let it run.
-static void restart(ad7124 *adc, double now_ns)
+// Lets the sequence begin at a channel or behind it, if the mode and SYNC let it run.
+static void start_sequence(ad7124 *adc, unsigned channel, double now_ns)
 {
     adc->converting = false;
     adc->ready = false;
-    unsigned first = enabled_from(adc, 0);
+    unsigned first = enabled_from(adc, channel);
+    if (first == CHANNEL_COUNT)
+        first = enabled_from(adc, 0);
+    adc->channel = first;
     bool runs = mode(adc) <= MODE_SINGLE ||
                 (mode(adc) >= MODE_FIRST_CALIBRATION && mode(adc) <= MODE_LAST_CALIBRATION);
     if (adc->sync_low || !runs || first == CHANNEL_COUNT)
         return;
     begin_conversion(adc, first, mode(adc) == MODE_SINGLE ? now_ns + STANDBY_WAKE_NS : now_ns);
+}
+
+static void restart(ad7124 *adc, double now_ns)
+{
+    start_sequence(adc, 0, now_ns);
 }
 
 // ---------------------------------------------------------------------------------- codes
@@ -298,11 +318,14 @@ void ad7124_finish_conversion(ad7124 *adc)
         adc->converting = false;
         adc->ready = true;
         set_mode(adc, MODE_IDLE);
+        adc->map_damaged = false;  // the chip has changed registers itself, and makes its checksum anew
         return;
     }
     adc->registers[AD7124_DATA] = convert(adc, channel, ad7124_sampling_ns(adc));
     adc->registers[AD7124_STATUS] = (adc->registers[AD7124_STATUS] & ~0x0Fu) | channel;
     adc->ready = true;
+    look_over_the_map(adc, done);
+    adc->status = status(adc);
     adc->conversions++;
 
     unsigned next = enabled_from(adc, channel + 1);
@@ -312,6 +335,7 @@ void ad7124_finish_conversion(ad7124 *adc)
     if (sequence_done && mode(adc) == MODE_SINGLE) {
         adc->converting = false;
         set_mode(adc, MODE_STANDBY);
+        adc->map_damaged = false;  // likewise
         return;
     }
     begin_conversion(adc, next, done);
@@ -339,16 +363,38 @@ static void reset_registers(ad7124 *adc, double now_ns)
     adc->in_transaction = false;
     adc->holds_last_bit = false;
     adc->ones = 0;
+    adc->map_damaged = false;
     adc->accessible_ns = now_ns + RESET_NS;
     restart(adc, adc->accessible_ns);
 }
 
-void ad7124_power_on(ad7124 *adc, const ad7124_inputs *inputs, double clock_ppm, double now_ns)
+void ad7124_dip(ad7124 *adc, double now_ns)
+{
+    reset_registers(adc, now_ns);
+}
+
+bool ad7124_flip_bit(ad7124 *adc, unsigned address, unsigned bit, double now_ns)
+{
+    if (address >= AD7124_REGISTER_COUNT || is_read_only(address) || bit >= 8 * register_bytes(address))
+        return false;
+    unsigned mode_before = mode(adc);
+    look_over_the_map(adc, now_ns);
+    adc->registers[address] ^= 1u << bit;
+    adc->map_damaged = true;
+    adc->damaged_ns = now_ns;
+    if (mode(adc) != mode_before)
+        restart(adc, now_ns);
+    return true;
+}
+
+void ad7124_power_on(ad7124 *adc, const ad7124_inputs *inputs, ad7124_sequence sequence, double clock_ppm,
+                     double now_ns)
 {
     uint64_t conversions = adc->conversions, out_of_range = adc->conversions_out_of_range;
     uint64_t short_pulses = adc->short_sync_pulses;
     *adc = (ad7124){
         .inputs = *inputs,
+        .sequence = sequence,
         .clock_scale = 1.0 + clock_ppm * 1e-6,
         .conversions = conversions,
         .conversions_out_of_range = out_of_range,
@@ -374,7 +420,7 @@ void ad7124_sync(ad7124 *adc, bool sync_level, double now_ns)
         adc->sync_fell_ns = now_ns;
     else if (now_ns - adc->sync_fell_ns < cycles_ns(adc, SYNC_PULSE_CYCLES))
         adc->short_sync_pulses++;
-    restart(adc, now_ns);
+    start_sequence(adc, adc->sequence == AD7124_GOES_ON ? adc->channel : 0, now_ns);
 }
 
 bool ad7124_shows_ready(const ad7124 *adc)
@@ -400,12 +446,13 @@ static void put_big_endian(ad7124 *adc, uint32_t value, unsigned count)
         adc->bytes[adc->byte_count++] = (uint8_t)(value >> 8 * count);
 }
 
-static void begin_read(ad7124 *adc, unsigned address)
+static void begin_read(ad7124 *adc, unsigned address, double now_ns)
 {
+    look_over_the_map(adc, now_ns);
     uint32_t value = address == AD7124_STATUS ? status(adc) : adc->registers[address];
     put_big_endian(adc, value, register_bytes(address));
     if (address == AD7124_DATA && adc->registers[AD7124_ADC_CONTROL] & CONTROL_DATA_STATUS)
-        put_big_endian(adc, status(adc), 1);
+        put_big_endian(adc, (adc->status & ~STATUS_NOT_READY) | (status(adc) & STATUS_NOT_READY), 1);
     if (crc_enabled(adc)) {
         uint8_t crc = ad7124_crc8(0, adc->command);
         for (unsigned i = 0; i < adc->byte_count; i++)
@@ -432,7 +479,7 @@ static void begin_transaction(ad7124 *adc, uint8_t command, double now_ns)
     adc->byte_index = 0;
     adc->byte_count = 0;
     if (command & COMMAND_READ)
-        begin_read(adc, address);
+        begin_read(adc, address, now_ns);
     else
         adc->byte_count = register_bytes(address) + (crc_enabled(adc) ? 1 : 0);
 }
@@ -457,10 +504,15 @@ static void finish_write(ad7124 *adc, double now_ns)
     uint32_t value = 0;
     for (unsigned i = 0; i < count; i++)
         value = value << 8 | adc->bytes[i];
+    look_over_the_map(adc, now_ns);
+    adc->map_damaged = false;
     adc->registers[address] = value;
-    // A change of what or how to convert restarts the sequence.
-    if (address == AD7124_ADC_CONTROL || address >= AD7124_CHANNEL_0)
+    // A change of what or how to convert restarts the sequence. Where SYNC lets it go on, so does a change of
+    // what it converts while it is held: the firmware must not rely on more than it knows.
+    if (address == AD7124_ADC_CONTROL)
         restart(adc, now_ns);
+    else if (address >= AD7124_CHANNEL_0)
+        start_sequence(adc, adc->sequence == AD7124_GOES_ON && adc->sync_low ? adc->channel : 0, now_ns);
 }
 
 static void finish_read(ad7124 *adc)

@@ -37,8 +37,12 @@ typedef struct ad7124_inputs {
     ad7124_pair (*refin1_volts)(void *context, double time_ns);
 } ad7124_inputs;
 
+// What the rising edge of SYNC does to the sequence of channels: the data sheet leaves both open.
+typedef enum ad7124_sequence { AD7124_BEGINS_ANEW, AD7124_GOES_ON } ad7124_sequence;
+
 typedef struct ad7124 {
     ad7124_inputs inputs;
+    ad7124_sequence sequence;
     double clock_scale;  // of the internal oscillator, 1 = nominal
     uint32_t registers[AD7124_REGISTER_COUNT];
 
@@ -60,12 +64,22 @@ typedef struct ad7124 {
     unsigned channel;  // being converted
     double done_ns;
     bool ready;  // a result waits to be read
+    uint8_t status;    // as it was at the end of that conversion
+    bool map_damaged;  // a register has flipped since the chip made its checksum of them
+    double damaged_ns;
     uint64_t conversions;
     uint64_t conversions_out_of_range;  // a pin or the reference was beyond what the data sheet guarantees
     uint64_t short_sync_pulses;
 } ad7124;
 
-void ad7124_power_on(ad7124 *adc, const ad7124_inputs *inputs, double clock_ppm, double now_ns);
+void ad7124_power_on(ad7124 *adc, const ad7124_inputs *inputs, ad7124_sequence sequence, double clock_ppm,
+                     double now_ns);
+
+// The supply dips for so short a time that the chip resets itself.
+void ad7124_dip(ad7124 *adc, double now_ns);
+
+// A bit of a register flips, as by a particle. False for a register or a bit that is not there.
+bool ad7124_flip_bit(ad7124 *adc, unsigned address, unsigned bit, double now_ns);
 
 // Pins in: CS and SYNC (levels), and eight SCLK periods. The byte returned is what DOUT showed meanwhile.
 void ad7124_select(ad7124 *adc, bool cs_level);

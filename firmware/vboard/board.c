@@ -243,7 +243,9 @@ static ad7124_pair adc_refin1_volts(void *context, double time_ns)
 static void power_adc(vb_board *board)
 {
     ad7124_inputs inputs = {&board->afe, adc_pin_volts, adc_refin1_volts};
-    ad7124_power_on(&board->adc, &inputs, board->options.adc_clock_ppm, now(board));
+    ad7124_power_on(&board->adc, &inputs,
+                    board->options.adc_sequence == VB_SEQUENCE_GOES_ON ? AD7124_GOES_ON : AD7124_BEGINS_ANEW,
+                    board->options.adc_clock_ppm, now(board));
 }
 
 static void self_test_changed(struct avr_irq_t *irq, uint32_t value, void *param)
@@ -389,6 +391,8 @@ static const char *complaint(const vb_options *options)
             return "the self-test's deflection must lie within ±10 V";
     if (options->bootloader > VB_BOOTLOADER_OLD)
         return "the bootloader must be one of VB_BOOTLOADER_…";
+    if (options->adc_sequence > VB_SEQUENCE_GOES_ON)
+        return "the ADC's sequence must be one of VB_SEQUENCE_…";
     const vb_motor *motor = &options->motor;
     const double positive[] = {motor->supply_v,        motor->resistance_ohm, motor->inductance_h,
                                motor->flux_v_s_a,      motor->gear_ratio,     motor->gear_efficiency,
@@ -564,6 +568,25 @@ void vb_set_faults(vb_board *board, const vb_faults *faults)
     board->faults = *faults;
     update_dout(board);
     drive_emergency_stop(board);
+}
+
+static void adc_changed(vb_board *board)
+{
+    update_dout(board);
+    schedule_conversion(board);
+}
+
+void vb_dip_adc_supply(vb_board *board)
+{
+    ad7124_dip(&board->adc, now(board));
+    adc_changed(board);
+}
+
+int vb_flip_adc_bit(vb_board *board, uint8_t address, uint8_t bit)
+{
+    bool flipped = ad7124_flip_bit(&board->adc, address, bit, now(board));
+    adc_changed(board);
+    return flipped ? 0 : -1;
 }
 
 void vb_set_clock_ppm(vb_board *board, double clock_ppm)

@@ -64,6 +64,7 @@ static const char usage[] =
     "  --bootloader WHICH      what a reset starts before the firmware: shipped (Arduino's, on every Mega), old\n"
     "                          (until 2012), none (the fuses of firmware/README.md) (shipped)\n"
     "  --no-dtr-reset          opening the port does not reset the board\n"
+    "  --adc-sync-goes-on      the ADC's SYNC lets its sequence go on where it was held, not begin anew\n"
     "  --seed N                of noise and faults (1)\n"
     "  --eeprom FILE           file that is the EEPROM, made if missing (a blank one)\n"
     "  --noise V,V,V,V,V,V     standard deviation of a conversion in volts at the ADC, one per channel;\n"
@@ -134,6 +135,7 @@ enum {
     OPTION_CRANK_MOTOR,
     OPTION_CLOCK_PPM,
     OPTION_ADC_CLOCK_PPM,
+    OPTION_ADC_SYNC_GOES_ON,
     OPTION_BOOTLOADER,
     OPTION_NO_DTR_RESET,
     OPTION_SEED,
@@ -158,6 +160,7 @@ static const struct option long_options[] = {
     {"adc-clock-ppm", required_argument, NULL, OPTION_ADC_CLOCK_PPM},
     {"bootloader", required_argument, NULL, OPTION_BOOTLOADER},
     {"no-dtr-reset", no_argument, NULL, OPTION_NO_DTR_RESET},
+    {"adc-sync-goes-on", no_argument, NULL, OPTION_ADC_SYNC_GOES_ON},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"noise", required_argument, NULL, OPTION_NOISE},
     {"eeprom", required_argument, NULL, OPTION_EEPROM},
@@ -195,6 +198,7 @@ static arguments parse_arguments(int argc, char **argv)
         case OPTION_ADC_CLOCK_PPM: options->adc_clock_ppm = parse_number(name, optarg, -1e5, 1e5); break;
         case OPTION_BOOTLOADER: options->bootloader = parse_bootloader(optarg); break;
         case OPTION_NO_DTR_RESET: parsed.dtr_ignored = true; break;
+        case OPTION_ADC_SYNC_GOES_ON: options->adc_sequence = VB_SEQUENCE_GOES_ON; break;
         case OPTION_SEED: options->seed = parse_integer(name, optarg, 0, UINT64_MAX); break;
         case OPTION_EEPROM: options->eeprom_path = optarg; break;
         case OPTION_NOISE: parse_noise(optarg, options->noise_volts); break;

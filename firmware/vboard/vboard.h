@@ -44,6 +44,9 @@ enum { VB_CRANK_BENCH = 0, VB_CRANK_MOTOR = 1 };
 // What a reset starts: the firmware (a board whose fuses say so), or Arduino's bootloader; see bootloader.h.
 enum { VB_BOOTLOADER_NONE = 0, VB_BOOTLOADER_SHIPPED = 1, VB_BOOTLOADER_OLD = 2 };
 
+// What the rising edge of the ADC's SYNC does to its sequence of channels; the data sheet leaves both open.
+enum { VB_SEQUENCE_BEGINS_ANEW = 0, VB_SEQUENCE_GOES_ON = 1 };
+
 typedef struct vb_options {
     uint32_t size;                            // sizeof(vb_options): a caller built for another layout is refused
     uint32_t crank_counts_per_revolution;     // after ×4 decoding
@@ -57,6 +60,7 @@ typedef struct vb_options {
     uint32_t crank;                           // what turns it: VB_CRANK_BENCH, the bench's frames, or VB_CRANK_MOTOR
     vb_motor motor;
     uint32_t bootloader;                      // one of VB_BOOTLOADER_…
+    uint32_t adc_sequence;                    // one of VB_SEQUENCE_…
     const char *eeprom_path;                  // file that is the EEPROM, made if missing; NULL: a blank one
 } vb_options;
 
@@ -125,6 +129,10 @@ VB_API size_t vb_read(vb_board *board, uint8_t *bytes, size_t capacity);
 // Resets for one of BOARD_RESET_CAUSE_…; the ADC loses its power with POWER_ON and BROWN_OUT.
 // -1 for another cause.
 VB_API int vb_reset(vb_board *board, uint8_t cause);
+// The ADC's supply dips: it resets itself, and the microcontroller runs on.
+VB_API void vb_dip_adc_supply(vb_board *board);
+// A bit of one of the ADC's registers flips. -1 for a register that cannot be written, or no bit of it.
+VB_API int vb_flip_adc_bit(vb_board *board, uint8_t address, uint8_t bit);
 VB_API void vb_set_faults(vb_board *board, const vb_faults *faults);
 VB_API void vb_set_clock_ppm(vb_board *board, double clock_ppm);
 VB_API void vb_get_counters(const vb_board *board, vb_counters *counters);

@@ -119,6 +119,7 @@ class _Options(_Structure):
         ("crank", ctypes.c_uint32),
         ("motor", _Motor),
         ("bootloader", ctypes.c_uint32),
+        ("adc_sequence", ctypes.c_uint32),
         ("eeprom_path", ctypes.c_char_p),
     )
 
@@ -184,6 +185,8 @@ def _load(path: Path) -> ctypes.CDLL:
         "vb_write": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
         "vb_read": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
         "vb_reset": (ctypes.c_int, [board, ctypes.c_uint8]),
+        "vb_dip_adc_supply": (None, [board]),
+        "vb_flip_adc_bit": (ctypes.c_int, [board, ctypes.c_uint8, ctypes.c_uint8]),
         "vb_set_faults": (None, [board, ctypes.POINTER(_Faults)]),
         "vb_set_clock_ppm": (None, [board, ctypes.c_double]),
         "vb_get_counters": (None, [board, ctypes.POINTER(_Counters)]),
@@ -212,6 +215,8 @@ class VirtualBoard:
         for those of board.yaml.
     crank_motor: the crank is turned by its 12 V motor, as the firmware drives it, instead of by the
         bench's frames: the quantities of vb_motor in vboard.h that differ from the nominal ones.
+    sync_goes_on: the rising edge of the ADC's SYNC lets its sequence go on where it was held,
+        instead of beginning it anew; nobody says which the chip does.
     bootloader: what a reset starts; NONE, as on a board whose fuses say so, is the firmware.
     eeprom: file that is the EEPROM (4096 bytes, made if missing), or None for a blank one.
 
@@ -230,6 +235,7 @@ class VirtualBoard:
         noise_volts: float | Sequence[float] | None = None,
         self_test_volts: Sequence[float] | None = None,
         crank_motor: Mapping[str, float] | None = None,
+        sync_goes_on: bool = False,
         bootloader: Bootloader = Bootloader.NONE,
         eeprom: str | Path | None = None,
         library: str | Path = LIBRARY,
@@ -259,6 +265,7 @@ class VirtualBoard:
                 if quantity not in options.motor.as_dict():
                     raise ValueError(f"the crank's motor has no {quantity}: see vboard.h")
                 setattr(options.motor, quantity, value)
+        options.adc_sequence = sync_goes_on
         options.bootloader = bootloader
         if eeprom is not None:
             options.eeprom_path = str(eeprom).encode()
@@ -329,6 +336,15 @@ class VirtualBoard:
         """Resets the microcontroller; POWER_ON and BROWN_OUT take the ADC's power as well."""
         if self._library.vb_reset(self._handle, cause) != 0:
             raise ValueError(f"{cause} is no reset cause")
+
+    def dip_adc_supply(self) -> None:
+        """The ADC resets itself; the microcontroller runs on."""
+        self._library.vb_dip_adc_supply(self._handle)
+
+    def flip_adc_bit(self, address: int, bit: int) -> None:
+        """Flips a bit of one of the ADC's registers that can be written."""
+        if self._library.vb_flip_adc_bit(self._handle, address, bit) != 0:
+            raise ValueError(f"the ADC has no bit {bit} to write at address 0x{address:02x}")
 
     def set_faults(
         self,

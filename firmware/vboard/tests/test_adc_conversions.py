@@ -177,6 +177,18 @@ def test_sync_starts_a_sequence_of_settled_conversions(open_probe, ppm):
         assert (conversion.ticks - start) * TICK_S == pytest.approx((i + 1) * period, abs=POLLING_S)
 
 
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_sync_begins_the_sequence_anew_or_lets_it_go_on(open_probe, goes_on):
+    probe = open_probe(sync_goes_on=goes_on)
+    settle(probe, QUIET_VOLTS)
+    probe.set_up_scan(BRIDGE, ACCELEROMETER, EXCITATION)
+    channels = [[c.status & 0x0F for c in probe.convert(4)[1]] for _ in range(3)]
+    for first, *rest in channels:
+        assert rest == [(first + i) % 3 for i in (1, 2, 3)]
+    # How far the sequence comes before the probe holds it is the probe's; it is no whole round.
+    assert ({first for first, *_ in channels} != {0}) == goes_on
+
+
 def test_ready_stays_high_while_sync_is_low_and_after_the_read(open_probe):
     probe = open_probe()
     settle(probe, QUIET_VOLTS)

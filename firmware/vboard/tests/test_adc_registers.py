@@ -69,6 +69,48 @@ def test_a_write_with_a_wrong_crc_is_ignored_and_reported(probe):
     assert not probe.read(STATUS) & STATUS_ERROR
 
 
+MAP_CRC = 0x02
+ALL_WRITABLE = sorted(set(range(0x39)) - {0x00, 0x02, 0x05, 0x06, 0x08})
+
+
+def test_a_flipped_bit_of_any_register_is_found_where_that_is_asked_for(probe):
+    for address in ALL_WRITABLE:
+        probe.write(ERROR_EN, 0x000042)
+        probe.board.flip_adc_bit(address, 6 if address == ERROR_EN[0] else 0)
+        probe.board.run_until(probe.board.now_ns + MILLISECOND)  # it looks 2400 times a second
+        assert probe.read(STATUS) & STATUS_ERROR, hex(address)
+        assert probe.read(ERROR) == MAP_CRC
+        assert probe.read(ERROR) == MAP_CRC  # as long as the bit is wrong
+        probe.write(ERROR_EN, 0x000040)  # a write takes what is there for right
+        probe.read(ERROR)
+        assert probe.read(ERROR) == 0
+
+
+def test_a_write_makes_the_chip_take_what_is_there_for_right(probe):
+    probe.write(ERROR_EN, 0x000042)
+    probe.board.flip_adc_bit(config(2)[0], 0)
+    probe.write(filter_(1), 0x060180)  # within the 0.4 ms
+    probe.board.run_until(probe.board.now_ns + MILLISECOND)
+    assert not probe.read(STATUS) & STATUS_ERROR
+
+
+def test_only_what_is_there_can_flip(probe):
+    for address, bit in ((0x05, 0), (0x39, 0), (config(0)[0], 16)):
+        with pytest.raises(ValueError, match="no bit"):
+            probe.board.flip_adc_bit(address, bit)
+
+
+def test_a_dip_of_the_supply_resets_the_adc_alone(probe):
+    probe.read(STATUS)
+    probe.write(config(0), 0x0123)
+    resets = probe.board.counters()["resets"]
+    probe.board.dip_adc_supply()
+    probe.board.run_until(probe.board.now_ns + 5 * MILLISECOND)
+    assert probe.read(config(0)) == 0x0860
+    assert probe.read(STATUS) & STATUS_POR
+    assert probe.board.counters()["resets"] == resets
+
+
 def test_read_only_registers_keep_their_value(probe):
     probe.write(ID, 0x00)
     assert probe.read(ID) == 0x14

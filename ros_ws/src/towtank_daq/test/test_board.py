@@ -145,8 +145,8 @@ class ScriptedBoard:
         self._at_tick(following, self._scan, number + 1, following, stream_id)
 
     def health(self) -> bytes:
-        head = struct.pack("<8IBHH", *[0] * 8, 1, self.boot_count, 500)
-        return head + bytes(6) + struct.pack("<IBB", self.scheduled, self.streaming, 0)
+        head = struct.pack("<10IBHH", *[0] * 10, 1, self.boot_count, 500)
+        return head + bytes(9) + struct.pack("<IBB", self.scheduled, self.streaming, 0)
 
     def _health(self) -> None:
         if not self.deaf:

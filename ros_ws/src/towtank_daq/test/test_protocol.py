@@ -41,10 +41,16 @@ def test_data_record_byte_by_byte(protocol):
     )
 
 
+def test_errors_of_the_adc_have_names(protocol):
+    assert protocol.adc_errors(0x800002) == "register_checksum + power_on"
+    assert protocol.adc_errors(0x000800) == "0x000800"
+    assert protocol.adc_errors(0) == "none"
+
+
 def test_health_record_byte_by_byte(protocol):
-    payload = b"\x11" + struct.pack("<8IBHH", 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11)
-    payload += b"\x0c\x00\x00\x0d\x00\x01" + struct.pack("<IBB", 14, 1, 3)
-    assert protocol.decode(payload) == HealthRecord(*range(1, 13), 0x01000D, 14, 1, 3)
+    payload = b"\x11" + struct.pack("<10IBHH", *range(1, 14))
+    payload += b"\x0e\x00\x00\x0f\x00\x01\x02\x00\x80" + struct.pack("<IBB", 16, 1, 3)
+    assert protocol.decode(payload) == HealthRecord(*range(1, 15), 0x01000F, 0x800002, 16, 1, 3)
 
 
 def test_boot_record_byte_by_byte(protocol):

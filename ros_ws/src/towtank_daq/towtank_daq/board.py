@@ -33,6 +33,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from typing import Protocol as Interface
 
+from towtank_daq.adc_watch import AdcWatch
 from towtank_daq.clock import BoardClock, SyncExchange, unwrap
 from towtank_daq.configuration import (
     Configuration,
@@ -212,6 +213,7 @@ class AdcBoard:
             protocol.answer_wire_ns("sync"),
         )
         self.statistics = Statistics(frames=self._reader.counters)
+        self._adc_watch = AdcWatch(protocol)
         self.health: HealthRecord | None = None
         self.drive_state: DriveState | None = None
         self.identity: Identity | None = None
@@ -385,6 +387,7 @@ class AdcBoard:
         self._last_stamp_ns = None
         self._line_gone = False
         self._lost_ns = None
+        self._adc_watch.reset()
         self._begin()
 
     def poll(self, timeout_s: float) -> None:
@@ -675,6 +678,8 @@ class AdcBoard:
             self.statistics.scans_bad += 1
         self._last_sequence = sequence
         self._last_stamp_ns = stamp_ns = self.clock.host_ns(ticks)
+        for text in self._adc_watch.scan(record.flags, record.valid_mask, stamp_ns):
+            self._on_warning(text)
         self._scan_seen = True
         self._lost_ns = None
         self._last_scan_epoch = self._count_epoch
@@ -702,6 +707,8 @@ class AdcBoard:
         elif idle and not reset:
             self._down = "the board has gone idle, having heard nothing from the host for too long"
         self.health = record
+        for text in self._adc_watch.health(record):
+            self._on_warning(text)
 
     def _take_boot_count(self, record: HealthRecord) -> bool:
         """Whether it tells of a reset whose boot frame did not get through."""
@@ -742,6 +749,7 @@ class AdcBoard:
 
     def _forget_counts(self) -> None:
         self.drive_state = None
+        self._adc_watch.reset()
         self._crank, self._carriage = _Counter(), _Counter()
         # One reset is told in several ways: the epoch is a new one beside the last scan's
         self._count_epoch = max(self._last_scan_epoch + 1, self._boot_count)

@@ -131,6 +131,7 @@ class BoardDescription(BaseModel):
     drive_trip: dict[str, int]
     drive_action: dict[str, int]
     data_flags: dict[str, int]
+    adc_error: dict[str, int]
     reset_cause: dict[str, int]
     stream: dict[str, _Frame]
     commands: dict[str, _Command]

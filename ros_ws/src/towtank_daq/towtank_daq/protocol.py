@@ -45,6 +45,8 @@ class HealthRecord:
     scan_overruns: int
     spi_crc_errors: int
     adc_sequence_errors: int
+    adc_errors: int
+    adc_restarts: int
     illegal_steps: int
     rx_overflows: int
     rx_bad_frames: int
@@ -54,6 +56,7 @@ class HealthRecord:
     stack_low_water: int
     adc_temperature_code: int
     supply_code: int
+    adc_error_bits: int
     scans_scheduled: int
     state: int
     configuration_origin: int
@@ -69,6 +72,8 @@ _TROUBLES = (
     "scan_overruns",
     "spi_crc_errors",
     "adc_sequence_errors",
+    "adc_errors",
+    "adc_restarts",
     "illegal_steps",
     "rx_overflows",
     "rx_bad_frames",
@@ -326,6 +331,12 @@ class Protocol:
         """Names of the bits in `reset_cause`, for people."""
         causes = self.board.reset_cause
         return " + ".join(name for name, bit in causes.items() if bits & bit) or "unknown cause"
+
+    def adc_errors(self, bits: int) -> str:
+        """Names of the bits in `adc_error_bits`, for people."""
+        names = [name for name, bit in self.board.adc_error.items() if bits & bit]
+        other = bits & ~sum(self.board.adc_error.values())
+        return " + ".join([*names, *([f"0x{other:06x}"] if other else [])]) or "none"
 
     def configuration_origin(self, number: int) -> str:
         """Name of where the board has its configuration from, for people."""
