@@ -43,6 +43,10 @@ class TrialError(RuntimeError):
     """The trial cannot go on; the message names the cause and the mend."""
 
 
+class CrankStopped(TrialError):
+    """The crank does not run any more as the trial needs it."""
+
+
 class Conductor(Node):
     """Leads the nodes of `graph`.
 
@@ -98,7 +102,7 @@ class Conductor(Node):
     def _check(self) -> None:
         self._watch()
         if words := self._crank.fault():
-            raise TrialError(f"{words}: see that all is well and start a new trial")
+            raise CrankStopped(f"{words}: see that all is well and start a new trial")
         for name, status in self._statuses.items():
             # The crank's drive is judged by its state: before the run a trip may be cleared
             if status.level >= DiagnosticStatus.ERROR and name != CRANK_DRIVE:

@@ -9,12 +9,14 @@ from typing import Protocol
 import psutil
 from towtank_interfaces.msg import TrialEvent
 
-from towtank_bringup.conductor import Conductor
+from towtank_bringup.conductor import Conductor, CrankStopped
 from towtank_bringup.plan import Course
 
 STEADY_TOLERANCE = 0.03
 """Carriage and crank count as steady within this fraction of their set values."""
 STEADY_TIME_S = 1.0
+RUN_DOWN_S = 4.0
+"""A crank without power is at rest by then, 60 rpm and the virtual tank's lead included."""
 
 
 class Drive(Protocol):
@@ -84,14 +86,15 @@ def run_course(
         STEADY_TIME_S,
         drive.start_timeout_s,
     )
-    conductor.hold_crank(STEADY_TOLERANCE)
-    conductor.spin_for(course.settle_time)
-
-    conductor.mark(TrialEvent.LOG_START)
-    start, busy = time.monotonic(), _cpu_seconds(process_tree)
-    conductor.spin_for(course.duration, lambda: _show_progress(conductor, course, start))
-    cpu_cores = (_cpu_seconds(process_tree) - busy) / (time.monotonic() - start)
-    conductor.mark(TrialEvent.LOG_STOP)
+    try:
+        conductor.hold_crank(STEADY_TOLERANCE)
+        cpu_cores = _log(conductor, course, process_tree)
+    except CrankStopped:
+        # What a crank does that was stopped is worth a record, too
+        conductor.release_crank()
+        conductor.say(f"the crank was stopped; recording for {RUN_DOWN_S:g} s how it runs down")
+        conductor.spin_for(RUN_DOWN_S)
+        raise
     conductor.release_crank()
 
     conductor.say("stopping the carriage and the crank")
@@ -102,6 +105,18 @@ def run_course(
     conductor.mark(TrialEvent.STOPPED)
     conductor.spin_for(0.5)  # the recorder takes the last events in
     conductor.shut_down()
+
+
+def _log(conductor: Conductor, course: Course, process_tree: psutil.Process) -> float:
+    """Let the tow settle and log it. Returns the processor cores that the log took."""
+    conductor.say(f"settling for {course.settle_time:g} s")
+    conductor.spin_for(course.settle_time)
+    conductor.mark(TrialEvent.LOG_START)
+    start, busy = time.monotonic(), _cpu_seconds(process_tree)
+    conductor.spin_for(course.duration, lambda: _show_progress(conductor, course, start))
+    cpu_cores = (_cpu_seconds(process_tree) - busy) / (time.monotonic() - start)
+    conductor.mark(TrialEvent.LOG_STOP)
+    return cpu_cores
 
 
 def _cpu_seconds(process_tree: psutil.Process) -> float:

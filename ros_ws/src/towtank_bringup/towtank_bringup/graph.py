@@ -89,7 +89,11 @@ Graph = tuple[Item, ...]
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """What a trial's graph depends on. Paths are absolute; rates and times in SI units."""
+    """What a trial's graph depends on. Paths are absolute; rates and times in SI units.
+
+    board_drives_crank: the board's node offers its drive for the crank; on the virtual tank the
+    plant offers its own under the same name.
+    """
 
     rig: Path
     bag: Path
@@ -98,6 +102,7 @@ class TrialSettings:
     segments: int = 20
     step_s: float = 0.005
     window_s: float = 10.0
+    board_drives_crank: bool = True
 
 
 @dataclass(frozen=True)
@@ -169,7 +174,12 @@ def measurement(settings: TrialSettings) -> Graph:
             "adc_board",
             "/measured",
             "adc_board",
-            {**rig, "port": str(settings.port), "rate_hz": settings.rate_hz},
+            {
+                **rig,
+                "port": str(settings.port),
+                "rate_hz": settings.rate_hz,
+                "drives_crank": settings.board_drives_crank,
+            },
             True,
             restarts=BOARD_RESTARTS,
         ),

@@ -132,6 +132,7 @@ def plan_trial(
         as_text(rig_file, runtime, "rig.yaml"),
         as_text(directory.path, runtime, "trial") / directory.bag.name,
         port or runtime / "board",
+        board_drives_crank=port is not None,
     )
     graph = measurement(settings)
     if port is None:

@@ -31,7 +31,7 @@ from towtank_node.trial_clock import TrialClock
 from towtank_rig import RigError, load_rig
 from towtank_rig.conversion import crank_encoder
 
-from towtank_daq.board import AdcBoard, BoardError, Scan
+from towtank_daq.board import AdcBoard, BoardError, DriveState, Scan
 from towtank_daq.configuration import configuration_at
 from towtank_daq.crank_drive import CrankDrive
 from towtank_daq.crank_drive_node import CrankDriveNode
@@ -78,6 +78,12 @@ class AdcBoardNode(ManagedNode):
                     minimum=0.0,
                     maximum=3600.0,
                 ),
+                Parameter(
+                    "drives_crank",
+                    bool,
+                    "whether the board's drive may turn the crank, or something else does",
+                    True,
+                ),
             ],
         )
         _check_channels(parameters.rig, board)
@@ -85,7 +91,11 @@ class AdcBoardNode(ManagedNode):
         counts = round(math.copysign(crank.counts_per_revolution, crank.per_count))
         self._drive = CrankDrive(counts, self._on_warning)
         self._trial_clock = TrialClock(self)
-        self.drive_node = CrankDriveNode(self.get_namespace(), board, self._trial_clock)
+        self.drive_node = (
+            CrankDriveNode(self.get_namespace(), board, self._trial_clock)
+            if parameters.drives_crank
+            else None
+        )
         self._protocol = Protocol(board)
         self._port_path = parameters.port
         self._patience_s = parameters.patience_s
@@ -119,7 +129,7 @@ class AdcBoardNode(ManagedNode):
                     self._publish,
                     self._on_warning,
                     patience_s=self._patience_s,
-                    on_drive=self.drive_node.publish,
+                    on_drive=self._on_drive,
                 )
             else:
                 self._driver.use(self._port)
@@ -151,7 +161,7 @@ class AdcBoardNode(ManagedNode):
         self._ending.clear()
         self._thread = threading.Thread(target=self._serve, name="serial", daemon=True)
         self._thread.start()
-        self.drive_node.attend(self._drive)
+        self._attend(self._drive)
         self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")
         return result
 
@@ -228,6 +238,16 @@ class AdcBoardNode(ManagedNode):
         self.get_logger().warning(text)
         self._diagnostics.warn(text)
 
+    # -- the crank's drive
+
+    def _on_drive(self, state: DriveState) -> None:
+        if self.drive_node is not None:
+            self.drive_node.publish(state)
+
+    def _attend(self, drive: CrankDrive | None) -> None:
+        if self.drive_node is not None:
+            self.drive_node.attend(drive)
+
     # -- the rest
 
     def _watch_host_clock(self) -> float:
@@ -248,7 +268,7 @@ class AdcBoardNode(ManagedNode):
             self.trigger_deactivate()
 
     def _join(self) -> None:
-        self.drive_node.attend(None)
+        self._attend(None)
         if self._thread is not None:
             self._ending.set()
             self._thread.join()
@@ -310,9 +330,9 @@ def _check_channels(rig_path: str, board: BoardDescription) -> None:
 
 
 def make_nodes() -> list[Node]:
-    """Make the board's node, and that of the crank's drive on it."""
+    """Make the board's node, and that of the crank's drive on it, if there is one."""
     board = AdcBoardNode()
-    return [board, board.drive_node]
+    return [board] if board.drive_node is None else [board, board.drive_node]
 
 
 def main() -> None:

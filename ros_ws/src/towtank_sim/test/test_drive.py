@@ -14,6 +14,11 @@ rates = st.floats(-10.0, 10.0)
 ramps = st.floats(0.5, 20.0)
 
 
+def commanded(drive: Drive, time: float, carriage: float, crank: float, ramp: float) -> None:
+    drive.command_carriage(time, carriage, ramp)
+    drive.command_crank(time, crank, ramp)
+
+
 def test_standing_drive_stays():
     state = Drive().at(1e6)
     assert (state.crank_angle, state.crank_rate) == (0.0, 0.0)
@@ -22,7 +27,7 @@ def test_standing_drive_stays():
 
 def test_ramp_reaches_the_speed_over_half_the_distance():
     drive = Drive()
-    drive.command(2.0, drive_command(1.0, math.pi, 4.0))
+    commanded(drive, 2.0, 1.0, math.pi, 4.0)
     # A ramp is odd about its middle, so it covers half of what full speed would.
     end = drive.at(6.0)
     assert end.carriage_speed == 1.0
@@ -36,8 +41,8 @@ def test_ramp_reaches_the_speed_over_half_the_distance():
 
 def test_stop_ends_at_rest():
     drive = Drive()
-    drive.command(0.0, drive_command(1.0, 3.0, 2.0))
-    drive.command(10.0, drive_command(0.0, 0.0, 2.0))
+    commanded(drive, 0.0, 1.0, 3.0, 2.0)
+    commanded(drive, 10.0, 0.0, 0.0, 2.0)
     stopped, later = drive.at(12.0), drive.at(1000.0)
     assert stopped.carriage_speed == 0.0
     assert stopped.crank_rate == 0.0

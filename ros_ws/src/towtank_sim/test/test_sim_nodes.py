@@ -14,8 +14,8 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
-from towtank_interfaces.msg import CableState
-from towtank_interfaces.srv import SetDrive
+from towtank_interfaces.msg import CableState, CrankDrive
+from towtank_interfaces.srv import SetCrankSpeed, SetDrive
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 from towtank_rig.conversion import carriage_encoder, depth_from_pressure, pressure_conversion
 
@@ -154,6 +154,57 @@ def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
     start = stamp_of(moving[0]) - PERIOD_NS
     elapsed = (stamp_of(joints[-1]) - start) * 1e-9
     assert joints[-1].position[1] == pytest.approx(0.5 * (elapsed - 0.25), abs=1e-9)
+
+
+@pytest.mark.real_time
+def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
+    """Same service, same state, same words, as far as an ideal motor can."""
+    states = graph.collect(CrankDrive, "/measured/crank_drive/state", RELIABLE_QOS)
+    statuses = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+    client = graph.probe.create_client(SetCrankSpeed, "/measured/crank_drive/set_speed")
+    carriage = graph.probe.create_client(SetDrive, "/plant/set_drive")
+    graph.plant(rig=rig_path(nit_calicut))
+    graph.spin_until(
+        lambda: states and client.service_is_ready() and carriage.service_is_ready(), "the plant"
+    )
+
+    def call(service, request):
+        future = service.call_async(request)
+        graph.spin_until(future.done, "the plant's answer")
+        return future.result()
+
+    def ask(action, rate=0.0):
+        return call(client, SetCrankSpeed.Request(action=action, crank_rate=rate))
+
+    assert (states[-1].state, states[-1].trip) == (CrankDrive.STOPPED, CrankDrive.NONE)
+    assert "give 5 to 60 rpm" in ask(SetCrankSpeed.Request.RUN, 7.0).message
+    assert ask(SetCrankSpeed.Request.RUN, 2.0).success
+    graph.spin_until(lambda: states[-1].crank_rate == 2.0, "the crank's speed")
+    assert (states[-1].state, states[-1].target_rate) == (CrankDrive.RUNNING, 2.0)
+    assert ask(SetCrankSpeed.Request.STOP).success
+    graph.spin_until(lambda: states[-1].state == CrankDrive.STOPPED, "rest")
+    assert CrankDrive.STOPPING in {state.state for state in states}
+
+    request = SetDrive.Request(carriage_speed=0.5, crank_rate=2.0, ramp_time=0.5)
+    assert call(carriage, request).success
+    graph.spin_until(lambda: states[-1].crank_rate == 2.0, "the crank's speed")
+    assert ask(SetCrankSpeed.Request.EMERGENCY_STOP).success
+    graph.spin_until(lambda: states[-1].state == CrankDrive.TRIPPED, "the trip")
+    assert states[-1].trip == CrankDrive.EMERGENCY_STOP
+    assert "clear the trip" in ask(SetCrankSpeed.Request.RUN, 2.0).message
+    assert "clear the trip" in call(carriage, request).message
+    graph.spin_until(lambda: states[-1].crank_rate == 0.0, "rest")
+    graph.spin_until(
+        lambda: any(
+            (status.name, status.level) == ("/measured/crank_drive", DiagnosticStatus.ERROR)
+            for array in statuses
+            for status in array.status
+        ),
+        "its word on the trip",
+    )
+    assert ask(SetCrankSpeed.Request.CLEAR_TRIP).success
+    graph.spin_until(lambda: states[-1].state == CrankDrive.STOPPED, "cleared")
+    assert "no action 9" in ask(9).message
 
 
 # ---------------------------------------------------------------------------------- bench

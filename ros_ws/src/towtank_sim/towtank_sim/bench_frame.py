@@ -6,9 +6,8 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Sequence
-from importlib.resources import files
 
-from ruamel.yaml import YAML
+from towtank_sim.board_file import board_file
 
 _CODES = {"u8": "B", "u16": "H", "u32": "I", "i32": "i", "u64": "Q", "i64": "q", "f64": "d"}
 
@@ -33,8 +32,7 @@ class BenchFrameLayout:
     )
 
     def __init__(self) -> None:
-        text = files("towtank_sim").joinpath("board.yaml").read_text("utf-8")
-        description = YAML(typ="safe", pure=True).load(text)
+        description = board_file()
         bench = description["bench"]
         names = tuple(name for name, _ in bench["fields"])
         if names != self._FIELDS:

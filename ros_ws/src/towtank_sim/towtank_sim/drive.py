@@ -113,10 +113,13 @@ class Drive:
         self._carriage = SpeedRamp()
         self._crank = SpeedRamp()
 
-    def command(self, time: float, command: DriveCommand) -> None:
-        """Follow `command` from `time` on; times of successive commands must not decrease."""
-        self._carriage = self._carriage.then(time, command.carriage_speed, command.ramp_time)
-        self._crank = self._crank.then(time, command.crank_rate, command.ramp_time)
+    def command_carriage(self, time: float, speed: float, ramp_time: float) -> None:
+        """Bring the carriage to a speed, m/s, from `time` on: not before its last command."""
+        self._carriage = self._carriage.then(time, speed, ramp_time)
+
+    def command_crank(self, time: float, rate: float, ramp_time: float) -> None:
+        """Bring the crank to a rate, rad/s, from `time` on: not before its last command."""
+        self._crank = self._crank.then(time, rate, ramp_time)
 
     def at(self, time: float) -> DriveState:
         """Return the state at `time`, which must not lie before the last command."""

@@ -9,6 +9,7 @@ from towtank_sim.axes import Vector
 from towtank_sim.drive import Drive, DriveCommand, DriveState
 from towtank_sim.tow import BodyState, LineShapes, PointState, Tow, specific_force
 from towtank_sim.tow_point import TowPoint
+from towtank_sim.virtual_crank import VirtualCrank
 
 CYCLE_NS = 10_000_000
 """The plant's states lie at multiples of this time, ns."""
@@ -24,6 +25,7 @@ class Plant:
         self._tow = Tow(rig, segments, step)
         self._tow_point = TowPoint(rig)
         self._drive = Drive()
+        self.crank = VirtualCrank(self._drive)
         self._accelerometer = rig.sensors.accelerometer.position.value
         self._gravity = rig.water.gravity.value
         self._cycles = 0
@@ -40,8 +42,12 @@ class Plant:
         return self.time_ns * 1e-9
 
     def command(self, command: DriveCommand) -> None:
-        """Follow `command` from the present state on."""
-        self._drive.command(self.time, command)
+        """Follow `command` from the present state on.
+
+        DriveError if the crank should turn and its drive has tripped.
+        """
+        self.crank.follow(self.time, command.crank_rate, command.ramp_time)
+        self._drive.command_carriage(self.time, command.carriage_speed, command.ramp_time)
 
     def advance(self) -> None:
         """Go on by one cycle."""

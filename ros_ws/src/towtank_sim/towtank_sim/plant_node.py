@@ -18,7 +18,7 @@ from sensor_msgs.msg import Imu, JointState
 from towtank_interfaces.msg import CableState
 from towtank_interfaces.srv import SetDrive
 from towtank_node.diagnostics import NodeDiagnostics
-from towtank_node.main import run_node
+from towtank_node.main import run_nodes
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
 from towtank_node.trial_clock import TrialClock
@@ -36,6 +36,7 @@ from towtank_sim.messages import (
 from towtank_sim.model import ModelError
 from towtank_sim.plant import CYCLE_NS, Plant
 from towtank_sim.simulator_parameters import RIG, SEGMENTS, STEP
+from towtank_sim.virtual_crank_node import VirtualCrankNode
 
 _PARAMETERS = (
     RIG,
@@ -79,7 +80,9 @@ class PlantNode(Node):
         self.create_service(SetDrive, "set_drive", self._set_drive)
         # Real time is the monotonic clock's: a plant cannot follow a simulated or a set clock.
         self._start_ns = time.monotonic_ns() + _TIME_TO_START_NS
-        self._stamp_of_start = self._start_ns + TrialClock(self).offset_ns
+        clock = TrialClock(self)
+        self._stamp_of_start = self._start_ns + clock.offset_ns
+        self.crank_node = VirtualCrankNode(self._plant, clock)
         self._cycles = Cycles(self, CYCLE_NS * 1e-9, self._catch_up)
         self._diagnostics.ready()
 
@@ -118,6 +121,7 @@ class PlantNode(Node):
                 drive.carriage_speed,
             )
         )
+        self.crank_node.publish(stamp)
         self._publish_depressor(self._depressor_odometry.point(stamp, plant.depressor()))
         self._publish_imu(self._imu.fill(stamp, fish, plant.specific_force(fish)))
         self._publish_fish(self._fish_odometry.body(stamp, fish))
@@ -147,6 +151,12 @@ class PlantNode(Node):
         }
 
 
+def make_nodes() -> list[Node]:
+    """Make the plant's node, and that of its crank's drive."""
+    plant = PlantNode()
+    return [plant, plant.crank_node]
+
+
 def main() -> int:
-    """Run the node until it is stopped."""
-    return run_node(PlantNode, (RigError, ModelError, sc.ConvergenceError, sc.InvalidInput))
+    """Run the nodes until they are stopped."""
+    return run_nodes(make_nodes, (RigError, ModelError, sc.ConvergenceError, sc.InvalidInput))
