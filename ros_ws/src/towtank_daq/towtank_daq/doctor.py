@@ -318,6 +318,8 @@ _MENDS = {
     "scan_overruns": "lower the rate or the filter word",
     "spi_crc_errors": "shorten the ADC's wires, check their level shifters and its ground",
     "adc_sequence_errors": "check the wires SYNC and DOUT",
+    "adc_errors": "check the ADC's supply and its decoupling, and shorten its wires",
+    "adc_restarts": "the ADC loses its settings: check its 3.3 V supply",
     "illegal_steps": "check the encoders' shields and pull-ups",
     "rx_overflows": "another program writes to the board: stop it",
     "rx_bad_frames": "check the cable, and that no other program writes to the board",
