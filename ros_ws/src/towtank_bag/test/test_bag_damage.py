@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damaged bags: what has a checksum is held against it, and only what is damaged is given up."""
 
+import errno
+import os
+import re
 import struct
 import zlib
 
@@ -170,6 +173,33 @@ def test_damage_is_noticed_without_checksums_of_chunks_where_the_file_has_one(ba
     start = zlib.crc32(b"")  # nought: the first byte of the magic stays what it is
     overwrite(other, other.read_bytes().index(b"other", start), b"O")
     assert "does not agree with its checksum" in open_bag(other.parent).problem
+
+
+def test_what_the_disk_cannot_give_is_given_up_alone(bag, monkeypatch):
+    """A bad sector is no zeros: reading it fails."""
+    chunk = of_kind(bag, Opcode.CHUNK)[1]
+    bad, pread = (chunk.body + 60) // 512 * 512, os.pread
+
+    def failing(descriptor, length, start):
+        if start < bad + 512 and start + length > bad:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return pread(descriptor, length, start)
+
+    monkeypatch.setattr(os, "pread", failing)
+    opened = open_bag(bag.parent)
+    assert set(numbers(opened)) >= set(range(2 * PER_CHUNK, COUNT))
+    assert "damaged place is left out" in opened.problem
+    assert len(numbers(opened)) == COUNT - int(re.search(r"(\d+) of 400", opened.problem)[1])
+
+
+def test_a_disk_that_fails_otherwise_is_told_in_one_line(bag, monkeypatch):
+    def failing(descriptor, length, start):
+        raise OSError(errno.ESTALE, os.strerror(errno.ESTALE))
+
+    monkeypatch.setattr(os, "pread", failing)
+    with pytest.raises(BagError, match=r"bag_0.mcap: cannot be read: Stale file handle") as caught:
+        open_bag(bag.parent)
+    assert "\n" not in str(caught.value)
 
 
 def test_every_cut_and_every_zeroed_sector_gives_a_part_of_the_messages(bag):

@@ -145,8 +145,9 @@ def test_two_damaged_copies_complete_one_another(bag):
     assert opened.problem.count("1 damaged place is left out") == 2
 
 
-def test_a_damaged_metadata_file_is_done_without(bag):
-    (bag.parent / "metadata.yaml").write_bytes(b"\xff{[:\n")
+@pytest.mark.parametrize("text", [b"", b"\xff{[:\n", b"{[:\n", b"[1, 2]\n", b"a: 1\n", bytes(99)])
+def test_a_damaged_metadata_file_is_done_without(bag, text):
+    (bag.parent / "metadata.yaml").write_bytes(text)
     opened = open_bag(bag.parent)
     assert numbers(opened) == list(range(COUNT))
     assert "metadata.yaml is damaged and was not used" in opened.notes

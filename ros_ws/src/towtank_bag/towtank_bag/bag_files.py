@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -48,8 +49,7 @@ def bag_files(directory: Path) -> BagFiles:
         present = [directory / name for name in names if name.endswith(".mcap")]
         folders = [path for path in present if path.is_dir()]
         sizes = {path: path.stat().st_size for path in present if path.exists()}
-        metadata = directory / METADATA_FILE
-        text = metadata.read_bytes() if metadata.is_file() else None
+        text = _content(directory / METADATA_FILE)
     except OSError as error:
         raise BagError(
             f"{error.filename or directory}: cannot be read: {error.strerror}; make it readable"
@@ -99,6 +99,16 @@ def _why_none(directory: Path, names: list[str], folders: list[Path]) -> str:
         if any(name.endswith(ending) for name in names):
             return f"holds no .mcap file, but {form.format(directory)}"
     return "holds no .mcap file; give the bag's own directory"
+
+
+def _content(path: Path) -> bytes | None:
+    """Content of a file, empty where the disk cannot give it; None where there is no such file."""
+    try:
+        return path.read_bytes() if path.is_file() else None
+    except OSError as error:
+        if error.errno != errno.EIO:
+            raise
+        return b""
 
 
 def _information(text: bytes) -> dict[str, Any] | None:

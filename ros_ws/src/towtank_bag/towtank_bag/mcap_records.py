@@ -7,6 +7,7 @@ finds the next one behind a damaged place.
 
 from __future__ import annotations
 
+import errno
 import os
 import struct
 import zlib
@@ -54,6 +55,7 @@ _FOUND_AGAIN = (
     Opcode.DATA_END,
 )
 _BLOCK = 1 << 20
+_SECTOR = 512
 _MAX_CHUNK_BYTES = 1 << 30
 """A chunk that claims more is damaged; it is not tried what memory there is for it."""
 
@@ -81,14 +83,26 @@ class RecordFile:
     """An open MCAP file as places in it; `end`: up to where records are looked for."""
 
     def __init__(self, file: BinaryIO) -> None:
-        self._file = file
-        self.size = os.fstat(file.fileno()).st_size
+        self._descriptor = file.fileno()
+        self.size = os.fstat(self._descriptor).st_size
         self.end = self.size
 
     def read(self, start: int, length: int) -> bytes:
-        """Bytes from a place on; fewer at the end of the file."""
-        self._file.seek(start)
-        return self._file.read(length)
+        """Bytes from a place on, as far as the file goes; zeros for what the disk cannot give."""
+        length = max(0, min(length, self.size - start))
+        try:
+            return os.pread(self._descriptor, length, start)
+        except OSError as error:
+            if error.errno != errno.EIO:
+                raise
+        pieces = range(start, start + length, _SECTOR)
+        return b"".join(self._sector(at, min(_SECTOR, start + length - at)) for at in pieces)
+
+    def _sector(self, start: int, length: int) -> bytes:
+        try:
+            return os.pread(self._descriptor, length, start)
+        except OSError:
+            return bytes(length)
 
     def content(self, record: Record) -> bytes:
         """All bytes of a record behind its head."""

@@ -14,6 +14,7 @@ import struct
 import zlib
 from collections import defaultdict
 from collections.abc import Container, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import BinaryIO
@@ -244,10 +245,12 @@ def _keys(data: bytes, starts: np.ndarray) -> list[MessageKey]:
     return list(zip(*(heads[name].tolist() for name in fields), strict=True))
 
 
-def open_file(path: Path) -> BinaryIO:
-    """The file, open for reading; raises BagError where that cannot be."""
+@contextmanager
+def open_file(path: Path) -> Iterator[BinaryIO]:
+    """The file, open for reading; raises BagError where it cannot be opened or read."""
     try:
-        return path.open("rb")
+        with path.open("rb") as file:
+            yield file
     except OSError as error:
         mend = "fetch what the link names" if path.is_symlink() else "make it readable"
         raise BagError(
@@ -258,12 +261,7 @@ def open_file(path: Path) -> BinaryIO:
 def scan_file(path: Path) -> Scan:
     """Walk the file once. Raises BagError when it cannot be read or is no MCAP file."""
     with open_file(path) as file:
-        try:
-            return _Walk(path, RecordFile(file)).scan()
-        except OSError as error:
-            raise BagError(
-                f"{path}: cannot be read: {error.strerror}; copy the bag off that disk"
-            ) from error
+        return _Walk(path, RecordFile(file)).scan()
 
 
 @dataclass(frozen=True)
