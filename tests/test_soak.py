@@ -37,7 +37,9 @@ def test_what_is_wrong_is_found(monkeypatch):
     monkeypatch.setattr("soak.VirtualBoard", FaultyBoard)
     account = soak(8)
     assert not account.complete
-    assert account.bad == account.flagged == account.troubles["spi_crc_errors"] > 3
+    assert account.bad == account.flagged > 3
+    # One read in seven is of a register behind the scan, and costs it nothing
+    assert account.bad <= account.troubles["spi_crc_errors"] < 2 * account.bad
     assert account.wrong_counts == account.received > 650
     assert account.last_count_errors == (-20, 0)
     assert (account.lost, account.out_of_step, account.wrong_codes) == (0, 0, 0)
