@@ -90,6 +90,21 @@ def test_what_is_set_aside_is_said(shell):
     assert named == set(shell.environment) - wishes
 
 
+def test_current_folder_that_is_gone_is_said(tmp_path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    run = subprocess.run(
+        ["sh", "-c", 'rmdir "$PWD"; exec "$@"', "sh", SCRIPT, "trial"],
+        cwd=gone,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 1
+    *_, last = run.stderr.splitlines()
+    assert last == "towtank: error: the current folder is gone: change to another"
+
+
 def test_users_modules_in_the_current_folder_are_not_taken(shell):
     run = shell.run("compare", "no_bag")
     *_, last = run.stderr.splitlines()
@@ -164,9 +179,11 @@ def test_checkout_that_is_set_up_needs_no_writing():
 
 
 def test_checkout_that_is_neither_set_up_nor_ones_own_says_what_to_do(tmp_path):
-    shutil.copy(SCRIPT, tmp_path)
-    shutil.copytree(ROOT / "requirements", tmp_path / "requirements")
-    run = read_only(tmp_path, tmp_path / "towtank", "trial")
+    """And a blank in its path is none of the characters that are refused."""
+    checkout = tmp_path / "my tank"
+    shutil.copytree(ROOT / "requirements", checkout / "requirements")
+    shutil.copy(SCRIPT, checkout)
+    run = read_only(checkout, checkout / "towtank", "trial")
     assert run.returncode == 1
     *_, last = run.stderr.splitlines()
     assert last.startswith("towtank: error: this checkout is not set up as it stands")

@@ -80,6 +80,13 @@ def test_nodes_of_one_process_name_themselves():
     assert command[2:] == [*NO_LOG_FILES, "-p", 'rig:="r"']
 
 
+def test_interpreter_is_named_for_a_path_with_a_blank():
+    """The first line of an installed script cannot name one."""
+    command = command_of(NodeGroup("towtank_daq", "sensors", ("/a",)))
+    assert command[0] == sys.executable
+    assert command[1].endswith("/lib/towtank_daq/sensors")
+
+
 @settings(max_examples=20)  # each has a node of its own
 @given(st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0")))
 @example("tow 🐟")
