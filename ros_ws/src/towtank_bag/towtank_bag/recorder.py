@@ -21,6 +21,7 @@ from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.polling import PolledSubscription, Received
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.senders import Senders
 from towtank_node.stamps import SteadyTimes
 from towtank_node.timers import create_steady_timer
 from towtank_node.trial_clock import TrialClock
@@ -69,6 +70,7 @@ class Recorder(ManagedNode):
         self._writer: BagWriter | None = None
         self._polled: list[PolledSubscription] = []
         self._poll_timer: Any = None
+        self._senders = Senders(self)
         self._times = SteadyTimes(TrialClock(self).offset_ns)
         self._rig_publisher = self.create_publisher(String, "/rig", LATCHED_QOS)
         self._diagnostics = NodeDiagnostics(self, POLL_PERIOD_S, self._counters)
@@ -127,7 +129,12 @@ class Recorder(ManagedNode):
         package, kind, name = topic.type_name.split("/")
         message_type = getattr(import_module(f"{package}.{kind}"), name)
         return PolledSubscription(
-            self, message_type, topic.name, _SUBSCRIPTION_QOS[topic.qos], raw=True
+            self,
+            message_type,
+            topic.name,
+            _SUBSCRIPTION_QOS[topic.qos],
+            self._senders,
+            raw=True,
         )
 
     def _poll(self) -> None:
@@ -156,8 +163,8 @@ class Recorder(ManagedNode):
         return RawMessage(index, log_time_ns, published_ns, received.message)
 
     def _lost(self) -> int:
-        """Messages that the middleware lost, on the topics where that can be: those with one
-        publisher and no repetition."""
+        """Messages that the middleware lost, on the topics where that can be: those without
+        repetition."""
         return sum(
             subscription.lost
             for topic, subscription in zip(self._topics, self._polled, strict=False)
@@ -176,6 +183,7 @@ class Recorder(ManagedNode):
             "messages": self._writer.messages,
             "bytes": self._writer.bytes_written,
             "lost_in_transport": self._lost(),
+            "left_out": sum(self._senders.left_out.values()),
             "queue_overflowed": self._writer.overflowed,
             "queue_high_water": self._writer.queue_high_water,
         }

@@ -42,6 +42,8 @@ TRIAL_TOPICS = (
 )
 """Everything that a trial publishes: name, type and quality of service."""
 
+TRIAL_TOPIC_NAMES = tuple(line.split()[0] for line in TRIAL_TOPICS)
+
 
 class TopicError(ValueError):
     """A line of the topic list cannot be used."""

@@ -3,11 +3,21 @@
 
 from __future__ import annotations
 
+import threading
+import time
+
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
 from towtank_bringup.conductor import Conductor, TrialError
-from towtank_node.qos import SENSOR_QOS
+from towtank_bringup.graph import RosNode, joined
+from towtank_interfaces.msg import HeaveRatio, TrialEvent
+from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.executor import StreamExecutor
+from towtank_node.lifecycle import ManagedNode
+from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.stamps import stamp_ns
 
 
 @pytest.fixture
@@ -34,4 +44,106 @@ def test_a_drive_that_is_not_heard_is_not_steady(context):
     with pytest.raises(TrialError, match="steady run at crank 3, carriage 1: not within 8 s"):
         conductor.wait_for_steady_drive({"crank": 3.0, "carriage": 1.0}, 0.03, 4.0, 8.0)
     assert len(said) == 20
+    conductor.close()
+
+
+class Device(ManagedNode):
+    """A lifecycle node of the graph, spun in a thread of its own."""
+
+    def __init__(self, context) -> None:
+        super().__init__("device", context=context)
+        self.diagnostics = NodeDiagnostics(self, 1.0)
+        self.executor_ = StreamExecutor(context=context)
+        self.executor_.add_node(self)
+        self.asked = []
+        self._ending = False
+        self._thread = threading.Thread(target=self._spin)
+        self._thread.start()
+
+    def on_activate(self, state):
+        self.diagnostics.ready()
+        return super().on_activate(state)
+
+    def on_deactivate(self, state):
+        self.diagnostics.stop("deactivated")
+        return super().on_deactivate(state)
+
+    def end(self) -> None:
+        self._ending = True
+        self._thread.join()
+        self.executor_.shutdown()
+        self.destroy_node()
+
+    def _spin(self) -> None:
+        while not self._ending:
+            while self.asked:
+                self.asked.pop(0)()
+            self.executor_.spin_once()
+
+
+GRAPH = joined((RosNode("p", "e", "/", "device", lifecycle=True),), clock_offset_ns=7)
+
+
+@pytest.fixture
+def led(context):
+    """A conductor that has brought a device up, the device, and the events it has marked."""
+    device = Device(context)
+    said = []
+    conductor = Conductor(GRAPH, say=said.append, context=context)
+    events = []
+    conductor.mark = lambda event, **detail: events.append((event, detail))
+    conductor.bring_up()
+    yield conductor, device, events, said
+    device.end()
+    conductor.close()
+
+
+def test_a_node_that_somebody_else_deactivates_is_activated_again(led):
+    conductor, device, events, said = led
+    device.asked.append(device.trigger_deactivate)
+    conductor.wait_until(lambda: events, 60.0, "the device to be back")
+    assert events == [("restarted", {"node": "/device"})]
+    assert "activating /device again, which somebody else had deactivated" in said
+    conductor.shut_down()
+
+
+def test_a_node_that_somebody_else_cleans_up_ends_the_trial(led):
+    conductor, device, _, _ = led
+    device.asked += [device.trigger_deactivate, device.trigger_cleanup]
+    with pytest.raises(TrialError, match="/device is unconfigured: somebody else has ended its"):
+        conductor.spin_for(60.0)
+
+
+def test_strangers_are_told_of_once_and_their_word_is_not_taken(led):
+    """Errors, values that are no numbers, and a second set of ratios."""
+    conductor, _, events, said = led
+    gamepad = rclpy.create_node("gamepad", context=conductor.context)
+    diagnostics = gamepad.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+    ratios = gamepad.create_publisher(HeaveRatio, "/twin/heave_ratio", RELIABLE_QOS)
+    error = DiagnosticStatus(name="joy", level=DiagnosticStatus.ERROR)
+    odd = DiagnosticStatus(name="/device", values=[KeyValue(key="overruns", value="n/a")])
+
+    def publish():
+        diagnostics.publish(DiagnosticArray(status=[error, odd]))
+        ratios.publish(HeaveRatio(value=0.5, valid=True))
+        return len(events) == 2 and sum(conductor._senders.left_out.values()) >= 10
+
+    conductor.wait_until(publish, 60.0, "the strangers to be told of")
+    assert sorted(events, key=str) == [
+        ("stranger", {"node": "/gamepad", "topic": topic})
+        for topic in ("/diagnostics", "/twin/heave_ratio")
+    ]
+    assert sum("warning: /gamepad, which is none of this" in line for line in said) == 2
+    assert conductor.reported("overruns") == {"/device": 0}
+    assert conductor.ratios == {}
+    gamepad.destroy_node()
+
+
+def test_events_are_stamped_by_the_trials_clock(context):
+    conductor = Conductor(GRAPH, context=context)
+    heard = []
+    conductor.create_subscription(TrialEvent, "/trial/events", heard.append, LATCHED_QOS)
+    conductor.mark(TrialEvent.STARTED)
+    conductor.wait_until(lambda: heard, 60.0, "the event")
+    assert stamp_ns(heard[0].header.stamp) <= time.monotonic_ns() + 7
     conductor.close()

@@ -24,19 +24,22 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
+from towtank_bag.topics import TRIAL_TOPIC_NAMES
 from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetDrive
 from towtank_node.executor import StreamExecutor
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.senders import UNKNOWN_NODE, Senders, publishers
 from towtank_node.trial_clock import TrialClock
 
 from towtank_bringup.crank_watch import CrankWatch
 from towtank_bringup.environment import NO_LOG_FILES
-from towtank_bringup.graph import Graph, RosNode, told_to_all
+from towtank_bringup.graph import CONDUCTOR, Graph, RosNode, told_to_all
 
 SERVICE_TIMEOUT_S = 30.0
 CRANK_DRIVE = "/measured/crank_drive"
 _SPIN_S = 0.05
+_STRANGERS_S = 1.0  # between two looks for them
 
 
 class TrialError(RuntimeError):
@@ -63,7 +66,10 @@ class Conductor(Node):
     ) -> None:
         told = [RosParameter(name, value=value) for name, value in told_to_all(graph).items()]
         super().__init__(
-            "conductor", context=context, use_global_arguments=False, parameter_overrides=told
+            CONDUCTOR.removeprefix("/"),
+            context=context,
+            use_global_arguments=False,
+            parameter_overrides=told,
         )
         self._node_names = [name for item in graph for name in item.node_names]
         self._lifecycle = [item for item in graph if isinstance(item, RosNode) and item.lifecycle]
@@ -78,12 +84,17 @@ class Conductor(Node):
         self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
         self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
-        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS)
-        self.create_subscription(
+        self._senders = Senders(self)
+        self._watch_at = 0.0
+        self._publisher_counts: dict[str, int] = {}
+        self._strangers: set[tuple[str, str]] = set()
+        self._nameless: set[bytes] = set()
+        self._senders.subscribe(DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS)
+        self._senders.subscribe(
             CrankDrive, f"{CRANK_DRIVE}/state", self._on_crank_drive, RELIABLE_QOS
         )
         for source in ("measured", "twin"):
-            self.create_subscription(
+            self._senders.subscribe(
                 HeaveRatio,
                 f"/{source}/heave_ratio",
                 lambda ratio, source=source: self.ratios.__setitem__(source, ratio),
@@ -103,6 +114,9 @@ class Conductor(Node):
         self._watch()
         if words := self._crank.fault():
             raise CrankStopped(f"{words}: see that all is well and start a new trial")
+        if time.monotonic() >= self._watch_at:
+            self._watch_at = time.monotonic() + _STRANGERS_S
+            self._look_for_strangers()
         for name, status in self._statuses.items():
             # The crank's drive is judged by its state: before the run a trip may be cleared
             if status.level >= DiagnosticStatus.ERROR and name != CRANK_DRIVE:
@@ -110,6 +124,28 @@ class Conductor(Node):
         for node in self._lifecycle:
             if self.leading and not self._ready(node.full_name):
                 self._bring_back(node)
+
+    def _look_for_strangers(self) -> None:
+        """Tell of the publishers of the trial's topics that are none of the trial's nodes."""
+        if self._senders.everybody:
+            return
+        for topic in TRIAL_TOPIC_NAMES:
+            count = self.count_publishers(topic)
+            if count == self._publisher_counts.get(topic):
+                continue
+            self._publisher_counts[topic] = count
+            for publisher, node in publishers(self, topic).items():
+                if node == UNKNOWN_NODE and publisher not in self._nameless:
+                    self._nameless.add(publisher)  # its name may come; looked at once more
+                    del self._publisher_counts[topic]
+                    break
+                if not self._senders.includes(node) and (topic, node) not in self._strangers:
+                    self._strangers.add((topic, node))
+                    self.say(
+                        f"warning: {node}, which is none of this trial's nodes, publishes {topic} "
+                        "too: what it sends is left out"
+                    )
+                    self.mark(TrialEvent.STRANGER, node=node, topic=topic)
 
     def reported(self, key: str) -> dict[str, int]:
         """Return the last count of that name by node, of those that report it."""
@@ -159,7 +195,7 @@ class Conductor(Node):
             steady_for = now - steady_since  # by what is measured: a silent encoder adds nothing
 
         # Only while it is needed: a hundred messages a second are work.
-        subscription = self.create_subscription(
+        subscription = self._senders.subscribe(
             JointState, "/measured/joint_states", on_joints, SENSOR_QOS
         )
         try:

@@ -27,6 +27,8 @@ class RosNode:
     lifecycle: the conductor configures and activates it, and deactivates it at the end.
     restarts: how often its process is started again when it ends in the middle of a trial; 0: then
     the trial ends.
+    companions: full names of further nodes in its process; whether they are ready is not waited
+    for.
     """
 
     package: str
@@ -36,6 +38,7 @@ class RosNode:
     parameters: dict[str, Any] = field(default_factory=dict)
     lifecycle: bool = False
     restarts: int = 0
+    companions: tuple[str, ...] = ()
 
     @property
     def full_name(self) -> str:
@@ -78,7 +81,10 @@ class Program:
         return self.name
 
 
-_TOLD = ("clock_offset_ns",)
+CONDUCTOR = "/conductor"
+"""Full name of the node that leads the graph, and is none of it."""
+
+_TOLD = ("clock_offset_ns", "senders")
 
 Item = RosNode | NodeGroup | Program
 """What a graph consists of: a process."""
@@ -182,6 +188,7 @@ def measurement(settings: TrialSettings) -> Graph:
             },
             True,
             restarts=BOARD_RESTARTS,
+            companions=("/measured/crank_drive",),
         ),
     )
 
@@ -244,8 +251,12 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
 
 
 def joined(graph: Graph, clock_offset_ns: int) -> Graph:
-    """The graph, each node of which is told what all must know of the trial: its clock."""
-    told = {"clock_offset_ns": clock_offset_ns}
+    """The graph, each node of which is told what all must know of the trial: its clock
+    (towtank_node.trial_clock), and whom to listen to (towtank_node.senders)."""
+    names = [CONDUCTOR]
+    for item in graph:
+        names += [*item.node_names, *(item.companions if isinstance(item, RosNode) else ())]
+    told = {"clock_offset_ns": clock_offset_ns, "senders": " ".join(names)}
     return tuple(
         item if isinstance(item, Program) else replace(item, parameters={**item.parameters, **told})
         for item in graph

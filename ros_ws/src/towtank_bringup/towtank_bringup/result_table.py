@@ -48,6 +48,12 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
     )
     for node, count in result["restarts"].items():
         console.print(f"warning: {node} had ended and was started again, {count} time(s)")
+    for stranger in result["strangers"]:
+        console.print(
+            f"warning: {stranger['node']}, which was none of this trial's nodes, published "
+            f"{stranger['topic']} too: what it sent was left out",
+            soft_wrap=True,
+        )
     for lost_s in result.get("encoder", {}).get("reference_lost_s", ()):
         console.print(
             f"warning: the board was reset: from {lost_s - result['window'][0]:.2f} s after the "

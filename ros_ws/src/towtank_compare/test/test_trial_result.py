@@ -125,12 +125,16 @@ def test_scans_lost_while_the_boards_node_was_down_are_counted(tmp_path, board_w
     stamp = START_NS + int(12.0e9)
     event = TrialEvent(header=head(stamp, ""), event="restarted", detail='{"node": "/a"}')
     samples.append(Sample("/trial/events", stamp, event))
+    stranger = {"node": "/gamepad", "topic": "/diagnostics"}
+    event = TrialEvent(header=head(stamp, ""), event="stranger", detail=json.dumps(stranger))
+    samples.append(Sample("/trial/events", stamp, event))
     bag = write_trial(tmp_path / "bag", sorted(samples, key=lambda sample: sample.stamp_ns))
     lost = 705 if board_was_reset else 709
     result = trial_result(bag)
     assert result["scans"]["lost"] == lost
     assert result["scans"]["scheduled"] == result["scans"]["received"] + lost
     assert result["restarts"] == {"/a": 1}
+    assert result["strangers"] == [stranger]
     compared = compare_bag(bag)
     assert compared["scans"] == result["scans"]
     assert compared["restarts"] == result["restarts"]

@@ -24,7 +24,7 @@ from towtank_compare.result_form import (
 )
 from towtank_compare.samples import SIMULATED, bag_samples, has_source
 from towtank_compare.scans import scan_count, sensor_health
-from towtank_compare.trial_log import LoggedWindow, logged_window, restarts
+from towtank_compare.trial_log import LoggedWindow, logged_window, restarts, strangers
 
 SOURCES = ("measured", *SIMULATED)
 
@@ -46,10 +46,10 @@ def compare_bag(
     window: begin and end in s since the epoch, as in `live.window` of a result; milliseconds count.
     rig_file: used instead of the rig in the bag, and told of.
     Returns rig, window [s, s], measured and twin (the bare ratios, as the comparison node published
-    them for this window), heave_ratio, amplitude_m, scans, restarts, fish_place, reasons for what
-    is missing, bag_problem (what is damaged in the bag and lost by it, or null) and bag_notes (what
-    else must be known of it). Raises BagError for a bag that cannot be read, RigError for a rig
-    file that cannot be used, and CompareError where nothing can be analysed.
+    them for this window), heave_ratio, amplitude_m, scans, restarts, strangers, fish_place, reasons
+    for what is missing, bag_problem (what is damaged in the bag and lost by it, or null) and
+    bag_notes (what else must be known of it). Raises BagError for a bag that cannot be read,
+    RigError for a rig file that cannot be used, and CompareError where nothing can be analysed.
     """
     opened = open_comparison(path, rig_file)
     chosen = opened.window(window)
@@ -135,6 +135,7 @@ class Comparison:
             },
             "scans": scan_count(self.bag, t0_ms, t1_ms),
             "restarts": restarts(self.bag),
+            "strangers": strangers(self.bag),
             "sensor_health": sensor_health(self.bag, t0_ms, t1_ms),
             "analysis": {
                 source: analysis_entry(result)

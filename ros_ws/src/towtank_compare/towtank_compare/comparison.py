@@ -24,6 +24,7 @@ from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.polling import PolledSubscription
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_node.senders import Senders
 from towtank_node.stamps import stamp_ns
 from towtank_node.timers import create_steady_timer
 from towtank_rig import RigError, load_rig
@@ -64,6 +65,7 @@ class Comparison(Node):
             source: self.create_publisher(HeaveRatio, topics.heave_ratio(source), RELIABLE_QOS)
             for source in ("measured", "twin")
         }
+        self._senders = Senders(self)
         self._inputs: list[tuple[PolledSubscription, Callable[[Any], None]]] = [
             (self._subscribe(JointState, topics.CRANK), self._take_crank),
             (
@@ -89,7 +91,7 @@ class Comparison(Node):
         self._diagnostics.ready("comparing")
 
     def _subscribe(self, message_type: Any, topic: str) -> PolledSubscription:
-        return PolledSubscription(self, message_type, topic, SENSOR_QOS)
+        return PolledSubscription(self, message_type, topic, SENSOR_QOS, self._senders)
 
     def _poll(self) -> None:
         with self._diagnostics.cycle():

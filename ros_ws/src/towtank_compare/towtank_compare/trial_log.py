@@ -131,6 +131,16 @@ def restarts(bag: Bag) -> dict[str, int]:
     return counted
 
 
+def strangers(bag: Bag) -> list[dict[str, str]]:
+    """Other programs that published the trial's topics meanwhile: `node` and `topic` of each. What
+    they sent was left out."""
+    return [
+        {"node": str(event.detail.get("node")), "topic": str(event.detail.get("topic"))}
+        for event in events(bag)
+        if event.name == "stranger"
+    ]
+
+
 def cpu_cores(bag: Bag) -> float | None:
     """Mean number of cores that the trial's processes used while logging, as it was noted."""
     for event in reversed(events(bag)):

@@ -8,6 +8,7 @@ import sys
 from towtank_interfaces.msg import AdcScan
 from towtank_node.main import run_nodes
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.senders import Senders
 from towtank_node.stamps import stamp_ns
 from towtank_rig import RigError
 
@@ -34,7 +35,7 @@ def make_sensors() -> list[ScanNode]:
         for node in nodes:
             node.on_scan(scan, drive)
 
-    encoder.create_subscription(AdcScan, "/measured/adc_scan", deliver, SENSOR_QOS)
+    Senders(encoder).subscribe(AdcScan, "/measured/adc_scan", deliver, SENSOR_QOS)
     return nodes
 
 

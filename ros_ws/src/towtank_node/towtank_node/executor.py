@@ -26,6 +26,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
+from towtank_node.senders import Stream
+
 HOUSEKEEPING_PERIOD_S = 0.1
 """Services and parameters wait at most this long."""
 
@@ -57,6 +59,8 @@ class StreamExecutor(SingleThreadedExecutor):
         if now >= self._housekeeping_at or due_ns <= 0:
             self._housekeeping_at = now + HOUSEKEEPING_PERIOD_S
             super().spin_once(timeout_sec=0)
+            for stream in self._streams():
+                stream.deliver()  # what was held back until its sender was known
             return
         housekeeping_ns = int((self._housekeeping_at - now) * _NS)
         self._serve_subscriptions(min(int(timeout_sec * _NS), due_ns, housekeeping_ns))
@@ -78,7 +82,7 @@ class StreamExecutor(SingleThreadedExecutor):
             subscription
             for node in self.get_nodes()
             for subscription in node.subscriptions
-            if self.can_execute(subscription)
+            if isinstance(subscription.callback_group, Stream) or self.can_execute(subscription)
         ]
         if not waiting:  # rcl refuses to wait for nothing
             time.sleep(timeout_ns / _NS)
@@ -98,7 +102,18 @@ class StreamExecutor(SingleThreadedExecutor):
             if subscription.handle.pointer in ready:
                 self._take_all(subscription)
 
+    def _streams(self) -> list[Stream]:
+        return [
+            subscription.callback_group
+            for node in self.get_nodes()
+            for subscription in node.subscriptions
+            if isinstance(subscription.callback_group, Stream)
+        ]
+
     def _take_all(self, subscription: Any) -> None:
+        if isinstance(subscription.callback_group, Stream):
+            subscription.callback_group.deliver()
+            return
         with subscription.handle:
             while taken := subscription.handle.take_message(
                 subscription.msg_type, subscription.raw

@@ -9,12 +9,14 @@ notes when each message came in, so that nothing is lost in timing.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from typing import Any
 
-from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+
+from towtank_node.senders import Intake, Senders, Unattended
+from towtank_node.taking import Taken
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,58 +32,48 @@ class Received:
 class PolledSubscription:
     """A subscription whose owner calls `take`, often enough for the depth of its queue.
 
-    lost: messages that were published but never came in, by the gaps in the publisher's count.
-    That count is kept for each publisher: the figure holds for topics with one of them.
+    senders: whose messages are taken.
+    lost: messages that were published but never came in, by the gaps in the publishers' counts.
     """
 
     def __init__(
-        self, node: Any, message_type: Any, topic: str, qos: QoSProfile, raw: bool = False
+        self,
+        node: Any,
+        message_type: Any,
+        topic: str,
+        qos: QoSProfile,
+        senders: Senders,
+        raw: bool = False,
     ) -> None:
         self._node = node
+        self._message_type, self._raw = message_type, raw
         self._subscription = node.create_subscription(
-            message_type, topic, _never_called, qos, callback_group=_Unattended(), raw=raw
+            message_type, topic, _never_called, qos, callback_group=Unattended(), raw=raw
         )
-        self._last_number: int | None = None
+        self._intake = Intake(senders, self._subscription)
+        self._last_numbers: dict[bytes, int] = {}
         self.lost = 0
 
     def take(self) -> list[Received]:
         """All messages that are waiting, oldest first."""
-        messages = []
-        subscription = self._subscription
-        with subscription.handle:  # keeps it alive meanwhile
-            while True:
-                taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
-                if taken is None:
-                    return messages
-                message, information = taken
-                received = information["received_timestamp"] or time.time_ns()
-                published = information["source_timestamp"] or received
-                messages.append(Received(message, received, published))
-                self._count(information["publication_sequence_number"])
+        return [self._received(taken) for taken in self._intake.take()]
 
     def close(self) -> None:
         """Leave the topic."""
         self._node.destroy_subscription(self._subscription)
 
-    def _count(self, number: int | None) -> None:
-        if number is None:
+    def _received(self, taken: Taken) -> Received:
+        self._count(taken)
+        message = taken.data if self._raw else deserialize_message(taken.data, self._message_type)
+        return Received(message, taken.received_ns, taken.published_ns)
+
+    def _count(self, taken: Taken) -> None:
+        if taken.number is None:
             return
-        if self._last_number is not None and number > self._last_number + 1:
-            self.lost += number - self._last_number - 1
-        self._last_number = number
-
-
-class _Unattended(CallbackGroup):
-    """A group whose members the executor never waits for."""
-
-    def can_execute(self, entity: Any) -> bool:
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        pass
+        last = self._last_numbers.get(taken.publisher)
+        if last is not None and taken.number > last + 1:
+            self.lost += taken.number - last - 1
+        self._last_numbers[taken.publisher] = taken.number
 
 
 def _never_called(message: Any) -> None:

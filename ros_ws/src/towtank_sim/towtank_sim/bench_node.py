@@ -14,6 +14,7 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.senders import Senders
 from towtank_node.timers import create_steady_timer
 from towtank_node.trial_clock import TrialClock
 from towtank_rig import RigError, load_rig, sensor_errors
@@ -86,8 +87,9 @@ class BenchNode(Node):
             (Odometry, "fish/odometry", read_odometry),
         )
         self._matcher = StampMatcher(topics=len(inputs))
+        senders = Senders(self)
         for topic, (kind, name, read) in enumerate(inputs):
-            self.create_subscription(kind, name, self._receiver(topic, read), SENSOR_QOS, raw=True)
+            senders.subscribe(kind, name, self._receiver(topic, read), SENSOR_QOS, raw=True)
         create_steady_timer(self, _SILENCE_S, self._look_for_silence)
 
     def close(self) -> None:

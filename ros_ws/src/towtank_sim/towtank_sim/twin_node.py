@@ -17,6 +17,7 @@ from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
 from towtank_node.parameters import read_parameters
 from towtank_node.qos import SENSOR_QOS
+from towtank_node.senders import Senders
 from towtank_node.stamps import stamp_ns
 from towtank_rig import Rig, RigError, load_rig
 
@@ -53,7 +54,7 @@ class TwinNode(Node):
         self._publish_cables = self.create_publisher(CableState, "cable_state", SENSOR_QOS).publish
         period = 1.0 / rig.board.sample_rate.value
         self._diagnostics = NodeDiagnostics(self, period, self._details)
-        self.create_subscription(JointState, "/measured/joint_states", self._follow, SENSOR_QOS)
+        Senders(self).subscribe(JointState, "/measured/joint_states", self._follow, SENSOR_QOS)
         self._diagnostics.ready("waiting for crank and carriage")
 
     def _follow(self, message: JointState) -> None:
