@@ -9,6 +9,7 @@ Without `port` the virtual tank runs; TOWTANK_FIRMWARE must then name the folder
 """
 
 import atexit
+import contextlib
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -28,6 +29,7 @@ from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
 from towtank_bringup.environment import check_ros_variables, make_runtime_folder
 from towtank_bringup.graph import Graph, Item, NodeGroup, Program, told_to_all
+from towtank_bringup.only_trial import only_trial
 from towtank_bringup.plan import plan_trial
 from towtank_bringup.processes import STOP_TIMEOUT_S
 from towtank_bringup.trial_directory import TrialDirectoryError
@@ -146,6 +148,9 @@ def trial(context: LaunchContext) -> list:
         sensor_faults=value["sensor_faults"],
         runtime=runtime,
     )
+    trial_of_the_domain = contextlib.ExitStack()
+    trial_of_the_domain.enter_context(only_trial(planned.graph))
+    atexit.register(trial_of_the_domain.close)
     try:
         planned.directory.create()
     except TrialDirectoryError as error:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import sys
@@ -22,7 +23,9 @@ from towtank_bringup.graph import (
     NodeGroup,
     Program,
     RosNode,
+    told_to_all,
 )
+from towtank_bringup.only_trial import DomainTaken, only_trial
 from towtank_bringup.plan import PlanError, plan_trial
 from towtank_bringup.processes import command_of
 
@@ -156,6 +159,8 @@ def launch_file(monkeypatch):
     spec = importlib.util.spec_from_file_location("trial_launch", share / "launch/trial.launch.py")
     loaded = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(loaded)
+    # It holds the domain until `ros2 launch` ends, which these tests never do
+    monkeypatch.setattr(loaded, "only_trial", lambda graph: contextlib.nullcontext())
     return loaded
 
 
@@ -229,3 +234,24 @@ def test_launch_names_an_argument_that_is_no_number(firmware, tmp_path, launch_f
     for name in ("duration", "seed"):
         with pytest.raises(ValueError, match=f"{name}:=soon: give a (whole )?number"):
             launch_file.trial({**context, name: "soon"})
+
+
+def test_launch_refuses_a_domain_with_a_trial_in_it(firmware, tmp_path, launch_file, monkeypatch):
+    monkeypatch.setattr(launch_file, "only_trial", only_trial)
+    context = {name: default for name, (default, _) in launch_file.ARGUMENTS.items()}
+    with only_trial((), 0.0), pytest.raises(DomainTaken):
+        launch_file.trial({**context, "out": str(tmp_path / "o")})
+    assert not (tmp_path / "o").exists()
+
+
+def test_every_node_is_told_of_the_others_and_of_the_trials_clock(firmware, tmp_path):
+    """Those that share a process with another one too."""
+    graph = planned_graph(tmp_path, clock_offset_ns=7)
+    for item in graph:
+        if not isinstance(item, Program):
+            assert item.parameters["clock_offset_ns"] == 7
+            senders = item.parameters["senders"].split()
+            assert {"/conductor", "/recorder", "/measured/crank_drive"} < set(senders)
+            assert {name for other in graph for name in other.node_names} < set(senders)
+    assert told_to_all(graph) == {"clock_offset_ns": 7, "senders": item.parameters["senders"]}
+    assert told_to_all(()) == {}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from towtank_bringup.closing import IncompleteTrial, close_trial, marked
 from towtank_bringup.conductor import Conductor, open_conductor
 from towtank_bringup.course import drive_for, run_course
 from towtank_bringup.environment import ros_domain, runtime_folder
+from towtank_bringup.only_trial import DISCOVERY_S, DomainTaken, only_trial
 from towtank_bringup.plan import PlanError, PlannedTrial, plan_trial
 from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.progress import ProgressLine
@@ -53,22 +55,24 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
     if virtual and wishes["port"]:
         raise click.UsageError("--virtual and --port exclude each other: give one")
     say = ProgressLine()
+    shared = bool(os.environ.get("ROS_DOMAIN_ID"))  # a domain that others may be in
     try:
         with runtime_folder() as runtime, ros_domain() as domain:
             planned = plan_trial(runtime=runtime, **wishes)
             for note in planned.notes():
                 say(note)
-            planned.directory.create()
-            try:
-                with StopRequest() as stop, marked(planned.directory):
-                    with announced(planned.directory.path, domain, planned.on_virtual_tank):
-                        _start_and_lead(planned, stop, say)
-                    result = close_trial(planned.directory, say)
-            finally:
-                say.close()
+            with only_trial(planned.graph, DISCOVERY_S if shared else 0.0):
+                planned.directory.create()
+                try:
+                    with StopRequest() as stop, marked(planned.directory):
+                        with announced(planned.directory.path, domain, planned.on_virtual_tank):
+                            _start_and_lead(planned, stop, say)
+                        result = close_trial(planned.directory, say)
+                finally:
+                    say.close()
     except TrialDirectoryError as error:
         raise click.ClickException(f"{error}: give a new one with --out") from error
-    except (PlanError, RigError, IncompleteTrial) as error:
+    except (PlanError, RigError, DomainTaken, IncompleteTrial) as error:
         raise click.ClickException(str(error)) from error
     try:
         if as_json:
@@ -88,6 +92,7 @@ def _start_and_lead(planned: PlannedTrial, stop: StopRequest, say: ProgressLine)
 
     def watch() -> None:
         stop.check()
+        planned.directory.check()
         processes.check(may_restart=conductor is not None and conductor.leading)
 
     try:
