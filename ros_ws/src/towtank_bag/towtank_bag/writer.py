@@ -28,6 +28,7 @@ from mcap.writer import CompressionType, Writer
 from ruamel.yaml import YAML
 
 from towtank_bag.definitions import message_definition
+from towtank_bag.held_directory import HeldDirectory, make_directory
 from towtank_bag.layout import METADATA_FILE, RECORDING_MARKER, BagError
 from towtank_bag.qos_profile import OfferedQos
 
@@ -107,8 +108,7 @@ class BagWriter:
         self.overflowed = 0
         self.queue_high_water = 0
 
-        self._directory = _BagDirectory(Path(directory))
-        self._file = self._directory.new_file()
+        self._directory, self._file = _make_bag(Path(directory))
         self._mcap = Writer(
             self._file,
             chunk_size=CHUNK_BYTES,
@@ -324,10 +324,9 @@ class _UnbufferedFile:
     at which its content was whole. A buffer of Python's own would go on trying to write after the
     disk has filled."""
 
-    def __init__(self, name: str, directory: int) -> None:
+    def __init__(self, name: str, directory: HeldDirectory) -> None:
         self.name = name
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
-        self._descriptor = os.open(name, flags, 0o644, dir_fd=directory)
+        self._descriptor = directory.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
         self._position = 0
         self._whole = 0
 
@@ -365,83 +364,26 @@ class _UnbufferedFile:
             os.close(descriptor)
 
 
-class _BagDirectory:
-    """A new directory, held open: it stays the same one when it is renamed."""
-
-    def __init__(self, path: Path) -> None:
-        self._given = path
-        try:
-            present = next(parent for parent in path.absolute().parents if parent.is_dir())
-            path.mkdir(parents=True)
-            self._descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-            for parent in path.absolute().parents:  # a power cut leaves each where it was made
-                _sync_directory(parent)
-                if parent == present:
-                    break
-            self.write(
-                RECORDING_MARKER,
-                "This bag is being recorded, or its recording broke off. What it holds can be "
-                "read.\n",
-            )
-        except OSError as error:
-            raise self._refused(error) from error
-
-    @property
-    def path(self) -> Path:
-        """Where it is now; where it was made once nobody can tell."""
-        try:
-            path = Path(os.readlink(f"/proc/self/fd/{self._descriptor}"))
-            here = path.stat()
-        except OSError:
-            return self._given
-        try:
-            return self._given if os.path.samestat(here, self._given.stat()) else path
-        except OSError:
-            return path
-
-    def new_file(self) -> _UnbufferedFile:
-        """The bag's MCAP file."""
-        try:
-            file = _UnbufferedFile(f"{self._given.name}_0.mcap", self._descriptor)
-            os.fsync(self._descriptor)
-        except OSError as error:
-            raise self._refused(error) from error
-        return file
-
-    def write(self, name: str, text: str) -> None:
-        """Write a file, which is there whole or not at all, also after a power cut."""
-        draft = f"{name}.tmp"
-        with open(draft, "w", encoding="utf-8", opener=self._open) as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(draft, name, src_dir_fd=self._descriptor, dst_dir_fd=self._descriptor)
-        os.fsync(self._descriptor)
-
-    def remove(self, name: str) -> None:
-        """Remove a file for good."""
-        os.unlink(name, dir_fd=self._descriptor)
-        os.fsync(self._descriptor)
-
-    def close(self) -> None:
-        """Let it go."""
-        self._given = self.path
-        descriptor, self._descriptor = self._descriptor, -1
-        with contextlib.suppress(OSError):
-            os.close(descriptor)
-
-    def _open(self, name: str, flags: int) -> int:
-        return os.open(name, flags, 0o644, dir_fd=self._descriptor)
-
-    def _refused(self, error: OSError) -> BagError:
-        if isinstance(error, FileExistsError):
-            return BagError(
-                f"{self._given}: exists already and is not overwritten; give another directory"
-            )
-        return BagError(
-            f"{self._given}: cannot make the bag: {error.strerror}; give a directory on a disk "
-            f"that can be written and has space"
+def _make_bag(directory: Path) -> tuple[HeldDirectory, _UnbufferedFile]:
+    """The new directory with its marker, and the MCAP file in it."""
+    try:
+        held = make_directory(directory)
+        held.write(
+            RECORDING_MARKER,
+            "This bag is being recorded, or its recording broke off. What it holds can be read.\n",
         )
+        file = _UnbufferedFile(f"{directory.name}_0.mcap", held)
+        held.sync()
+    except FileExistsError as error:
+        raise BagError(
+            f"{directory}: exists already and is not overwritten; give another directory"
+        ) from error
+    except OSError as error:
+        raise BagError(
+            f"{directory}: cannot make the bag: {error.strerror}; give a directory on a disk that "
+            f"can be written and has space"
+        ) from error
+    return held, file
 
 
 def _mend(error: OSError) -> str:
@@ -451,21 +393,6 @@ def _mend(error: OSError) -> str:
     if error.errno == errno.ENOENT:
         return "leave the directory alone and record again"
     return "copy what is there, look at the disk, and record again on another one"
-
-
-def _sync_directory(directory: Path) -> None:
-    """Force a directory's entries to the disk, where it may be read and its file system can."""
-    try:
-        descriptor = os.open(directory, os.O_RDONLY)
-    except PermissionError:
-        return
-    try:
-        os.fsync(descriptor)
-    except OSError as error:
-        if error.errno != errno.EINVAL:
-            raise
-    finally:
-        os.close(descriptor)
 
 
 def _metadata_yaml(information: dict[str, Any]) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import errno
 import io
+import os
+import shutil
 
 import pytest
 from towtank_bringup.closing import IncompleteTrial, marked
@@ -48,6 +50,64 @@ def test_fault_marks_the_trial_and_is_one_line(directory, fault):
     assert marks(directory) == ["INCOMPLETE"]
     assert "\n" not in str(told.value)
     assert "marked incomplete" in str(told.value)
+
+
+def test_a_trial_that_is_renamed_is_marked_and_closed_where_it_is(directory, tmp_path):
+    old, new = directory.path, tmp_path / "run 7"
+    assert not directory.renamed
+    old.rename(new)
+    old.mkdir()  # something else, by its name
+    directory.check()
+    assert directory.renamed
+    assert directory.bag == new / "bag"
+    assert directory.result == new / "result.json"
+    with pytest.raises(IncompleteTrial), marked(directory):
+        raise TrialError("any")
+    assert [path.name for path in new.iterdir()] == ["INCOMPLETE"]
+    assert not list(old.iterdir())
+
+
+def test_a_trial_that_is_removed_ends_with_one_line(directory, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.rmtree(directory.path)
+    with pytest.raises(IncompleteTrial) as told, marked(directory):
+        directory.check()
+    assert str(told.value) == (
+        f"{directory.path}: somebody has removed the trial's directory: leave it alone and start "
+        f"again (its directory cannot be marked incomplete: No such file or directory; see "
+        f"{tmp_path}/trial.INCOMPLETE)"
+    )
+    assert str(directory.path) in (tmp_path / "trial.INCOMPLETE").read_text()
+
+
+@pytest.mark.parametrize("parent_fails", [False, True])
+def test_a_disk_that_fails_is_marked_beside_it(directory, tmp_path, monkeypatch, parent_fails):
+    """On the disk above, or where the command was started."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+
+    def failing(*_, **__):
+        raise OSError(errno.EIO, "Input/output error")
+
+    opened = os.open
+
+    def failing_open(path, *arguments, **keywords):
+        if os.path.dirname(path) == str(tmp_path):
+            failing()
+        return opened(path, *arguments, **keywords)
+
+    monkeypatch.setattr("os.replace", failing)
+    if parent_fails:
+        monkeypatch.setattr("os.open", failing_open)
+    with pytest.raises(IncompleteTrial) as told, marked(directory):
+        raise TrialError("/recorder: cannot write")
+    mark = (elsewhere if parent_fails else tmp_path) / "trial.INCOMPLETE"
+    assert str(told.value).endswith(
+        f"(its directory cannot be marked incomplete: Input/output error; see {mark})"
+    )
+    assert mark.exists()
+    assert marks(directory) == ["IN_PROGRESS"]
 
 
 def test_abandoned_trial_is_marked_and_one_that_has_ended_keeps_its_mark(directory):

@@ -17,14 +17,17 @@ from towtank_bringup.conductor import TrialError
 from towtank_bringup.processes import ProcessError
 from towtank_bringup.ros_domain import DomainError
 from towtank_bringup.run_file import RunFileError
-from towtank_bringup.trial_directory import TrialDirectory
+from towtank_bringup.trial_directory import TrialDirectory, TrialDirectoryError
 
 
 class IncompleteTrial(RuntimeError):
     """The trial did not end well; its directory is marked. One line: cause and mend."""
 
 
-_EXPECTED = (TrialError, ProcessError, RigError, BagError, RunFileError, DomainError)
+_EXPECTED = (
+    *(TrialError, ProcessError, TrialDirectoryError),
+    *(RigError, BagError, RunFileError, DomainError),
+)
 
 
 @contextlib.contextmanager
@@ -36,13 +39,13 @@ def marked(directory: TrialDirectory) -> Iterator[None]:
     try:
         yield
     except BaseException as error:
-        directory.incomplete()
+        done = directory.incomplete()
         if isinstance(error, _EXPECTED):
-            raise IncompleteTrial(f"{error} (trial marked incomplete)") from error
+            raise IncompleteTrial(f"{error} ({done})") from error
         if isinstance(error, OSError):
             place = error.filename or directory.path
             raise IncompleteTrial(
-                f"{place}: {error.strerror}: mend that and start again (trial marked incomplete)"
+                f"{place}: {error.strerror}: mend that and start again ({done})"
             ) from error
         raise
     directory.complete()
@@ -50,6 +53,8 @@ def marked(directory: TrialDirectory) -> Iterator[None]:
 
 def close_trial(directory: TrialDirectory, say: Callable[[str], None]) -> dict[str, Any]:
     """Compute result.json and report.html from the bag. Returns the result."""
+    if directory.renamed:
+        say(f"warning: the trial's directory was renamed meanwhile: it is {directory.path} now")
     say("computing the heave ratios and the report")
     result = trial_result(directory.bag)
     directory.result.write_text(json.dumps(result, indent=2) + "\n")

@@ -54,7 +54,11 @@ def main() -> int:
 def _conduct(
     planned: PlannedTrial, stop: StopRequest, say: ProgressLine, ros_arguments: list[str]
 ) -> None:
-    conductor = open_conductor(planned.graph, stop.check, say, ros_arguments)
+    def watch() -> None:
+        stop.check()
+        planned.directory.check()
+
+    conductor = open_conductor(planned.graph, watch, say, ros_arguments)
     try:
         # The nodes are siblings: children of the launch process.
         run_course(

@@ -80,7 +80,11 @@ class Process:
 
     def last_words(self) -> str:
         """The line of its log that tells most: the last error, or the last line."""
-        lines = [line for line in self.log.read_text(errors="replace").splitlines() if line.strip()]
+        try:
+            text = self.log.read_text(errors="replace")
+        except OSError as error:  # the disk's fault, or the directory is gone
+            return f"its log cannot be read: {error.strerror}"
+        lines = [line for line in text.splitlines() if line.strip()]
         errors = [line for line in lines if "error" in line.lower()]
         return (errors or lines or ["it said nothing"])[-1].strip().removeprefix("error: ")
 
