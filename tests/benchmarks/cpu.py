@@ -25,11 +25,12 @@ import rclpy
 from rich.console import Console
 from rich.table import Table
 from towtank_bringup.conductor import Conductor, open_conductor
-from towtank_bringup.graph import TrialSettings, measurement
+from towtank_bringup.graph import TrialSettings, joined, measurement
 from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.virtual_station import virtual_station
 from towtank_lab.virtual_sensors import VirtualSensors
+from towtank_node.stamps import ros_minus_monotonic_ns
 from towtank_rig import load_rig
 
 RIG = "nit_calicut_2012"
@@ -70,7 +71,10 @@ def measure(rate_hz: int, seconds: float) -> Cost:
         turning(sensors),
     ):
         settings = TrialSettings(rig_file, Path(folder) / "bag", port, rate_hz)
-        graph = tuple(item for item in measurement(settings) if item.full_name != "/twin/simulator")
+        graph = joined(
+            tuple(item for item in measurement(settings) if item.full_name != "/twin/simulator"),
+            ros_minus_monotonic_ns(time.time_ns),
+        )
         processes = ProcessGroup(Path(folder) / "logs")
         conductor: Conductor | None = None
         try:

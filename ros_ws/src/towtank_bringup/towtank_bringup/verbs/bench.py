@@ -64,6 +64,22 @@ def bag_fuzz(cases: int, seed: int, only: int | None, as_json: bool) -> None:
     run(source_tree("the benchmarks"), "bag_fuzz.py", [], *wishes, *(["--json"] if as_json else []))
 
 
+@command.command()
+@click.option("--seconds", type=click.FloatRange(min=2.0), default=20.0, show_default=True)
+@click.option(
+    "--folder",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    default=Path("."),
+    help="On the disk that is meant; a scratch folder is made in it.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def disk(seconds: float, folder: Path, as_json: bool) -> None:
+    """What it costs to force a bag to the disk twice a second, and what a power cut would lose."""
+    source = source_tree("the benchmarks")
+    where = ["--seconds", str(seconds), "--folder", str(folder.absolute())]
+    run(source, "disk.py", [], *where, *(["--json"] if as_json else []))
+
+
 def run_with_peers(program: str, *arguments: str) -> None:
     """Runs a program of tests/benchmarks with the other simulators on its path."""
     source = source_tree("the benchmarks")
