@@ -104,6 +104,40 @@ def test_lost_and_bad_scans_are_counted(result):
     assert result["scans"] == {"scheduled": 1601, "received": 1599, "lost": 2, "bad": 1}
 
 
+def trial_without(tmp_path, begin_s: float, end_s: float):
+    """The synthetic trial, whose board or recorder brought no scans in a part of it."""
+    samples = [
+        sample
+        for sample in trial_samples()
+        if sample.topic != "/measured/adc_scan"
+        or not begin_s <= (sample.stamp_ns - START_NS) * 1e-9 < end_s
+    ]
+    return write_trial(tmp_path / "bag", samples)
+
+
+@pytest.mark.parametrize(
+    ("begin_s", "end_s", "received", "lost"),
+    [
+        (15.005, 30.0, 1301 - 2, 300 + 2),  # none to the end of the bag: of the log 3 s
+        (15.005, 18.505, 1301 - 2, 300 + 2),  # others come behind the log
+        (0.0, 2.505, 1550 - 2, 51 + 2),  # the first 0.5 s of the log, and before
+        (1.0, 2.505, 1550 - 2, 51 + 2),
+        (1.0, 19.0, 0, 1600),  # the whole log; not even its ends are known
+    ],
+)
+def test_scans_missing_at_the_ends_are_counted(tmp_path, begin_s, end_s, received, lost):
+    """Of the 1601 of the log. Two are lost anyway (700, 701), but where all are."""
+    scans = compare_bag(trial_without(tmp_path, begin_s, end_s))["scans"]
+    assert (scans["received"], scans["lost"]) == (received, lost)
+
+
+def test_no_scans_are_due_outside_the_trial(tmp_path):
+    """A window that reaches beyond the trial's marks has no lost scans there."""
+    bag = trial_without(tmp_path, 19.0, 30.0)
+    window = (START_NS * 1e-9 + 10.0, START_NS * 1e-9 + 50.0)
+    assert compare_bag(bag, window)["scans"]["lost"] == 0
+
+
 @pytest.mark.parametrize("board_was_reset", [False, True])
 def test_scans_lost_while_the_boards_node_was_down_are_counted(tmp_path, board_was_reset):
     """The last scan before is number 499, the first one after would be number 1205 by the host's

@@ -4,9 +4,11 @@ the sensors."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from towtank_bag.reader import Bag
-from towtank_interfaces.msg import SensorHealth
+from towtank_interfaces.msg import SensorHealth, TrialEvent
 from towtank_node.scan_account import ScanAccount
 from towtank_rig import Rig
 from towtank_rig.conversion import carriage_encoder, crank_encoder
@@ -14,10 +16,12 @@ from towtank_rig.conversion import carriage_encoder, crank_encoder
 from towtank_compare import topics
 from towtank_compare.heave import NS_PER_MS
 from towtank_compare.samples import joint_series
+from towtank_compare.trial_log import events
 
 SCANS = "/measured/adc_scan"
 PLANT_JOINTS = "/plant/joint_states"
 ALL_CHANNELS = 0b11_1111
+_MARKS = (TrialEvent.STARTED, TrialEvent.LOG_START, TrialEvent.LOG_STOP, TrialEvent.STOPPED)
 HEALTH = {
     "fish_pressure": topics.MEASURED_FISH,
     "depressor_pressure": topics.MEASURED_DEPRESSOR,
@@ -35,8 +39,8 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
     """Scans of a window: scheduled by the board, received in the bag, lost, bad.
 
     Lost are those missing between the first and the last one that came in, as ScanAccount counts
-    them; in a damaged bag also those missing before and after. A scan is bad when a channel has no
-    valid conversion, or the board raised a flag.
+    them, and those missing before and after, as far as the window lies in the trial. A scan is bad
+    when a channel has no valid conversion, or the board raised a flag.
     """
     fields = ["sequence", "board_ticks"]
     scans = bag.series(SCANS, [*fields, "valid_mask", "flags"])
@@ -46,9 +50,8 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
     columns = (scans[name][inside].astype(np.int64).tolist() for name in (*fields, "stamp_ns"))
     for scan in zip(*columns, strict=True):
         account.take(*scan)
-    lost = account.lost
-    if bag.lost:
-        lost += _missing_at_the_ends(stamps[inside], t0_ms * NS_PER_MS, t1_ms * NS_PER_MS)
+    begin_ns, end_ns = _within_the_trial(bag, t0_ms * NS_PER_MS, t1_ms * NS_PER_MS)
+    lost = account.lost + _missing_at_the_ends(np.sort(stamps), begin_ns, end_ns)
     bad = (scans["valid_mask"][inside] != ALL_CHANNELS) | (scans["flags"][inside] != 0)
     return {
         "scheduled": account.received + lost,
@@ -58,13 +61,36 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
     }
 
 
-def _missing_at_the_ends(stamps: np.ndarray, t0_ns: int, t1_ns: int) -> int:
-    """Scans that fit between a window's ends and the first and the last one in it."""
+def _within_the_trial(bag: Bag, begin_ns: int, end_ns: int) -> tuple[int, int]:
+    """The part of a window in which scans were due: from the trial's first mark to its last. The
+    whole window where parts of the bag are lost, and marks perhaps with them."""
+    marks = [event.stamp_ns for event in events(bag) if event.name in _MARKS]
+    if bag.lost or not marks:
+        return begin_ns, end_ns
+    return max(begin_ns, min(marks)), min(end_ns, max(marks))
+
+
+def _missing_at_the_ends(stamps: np.ndarray, begin_ns: int, end_ns: int) -> int:
+    """Scans that fit between a window's ends and the first and the last one in it, and are not
+    there. stamps: of all scans, in order, ns."""
     if len(stamps) < 2:
         return 0
     period_ns = float(np.median(np.diff(stamps)))
-    before, after = int(stamps[0]) - t0_ns, t1_ns - int(stamps[-1])
-    return sum(int(max(0, gap) / period_ns) for gap in (before, after)) if period_ns > 0 else 0
+    if period_ns <= 0:
+        return 0
+    first, behind = np.searchsorted(stamps, [begin_ns, end_ns + 1])
+    if first == behind:
+        return max(0, int((end_ns - begin_ns) / period_ns))
+    before = stamps[first] - stamps[first - 1] if first else math.inf
+    after = stamps[behind] - stamps[behind - 1] if behind < len(stamps) else math.inf
+    return sum(
+        # As many as the gap leaves room for within the window; none where the next one is there
+        int(min(to_the_end, whole_gap - period_ns / 2) / period_ns)
+        for to_the_end, whole_gap in (
+            (stamps[first] - begin_ns, before),
+            (end_ns - stamps[behind - 1], after),
+        )
+    )
 
 
 def sensor_health(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, dict[str, int] | None]:
