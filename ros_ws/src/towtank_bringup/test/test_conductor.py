@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 
@@ -13,6 +14,7 @@ from sensor_msgs.msg import JointState
 from towtank_bringup.conductor import Conductor, TrialError
 from towtank_bringup.graph import RosNode, joined
 from towtank_interfaces.msg import HeaveRatio, TrialEvent
+from towtank_interfaces.srv import SetDrive
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.executor import StreamExecutor
 from towtank_node.lifecycle import ManagedNode
@@ -146,4 +148,38 @@ def test_events_are_stamped_by_the_trials_clock(context):
     conductor.mark(TrialEvent.STARTED)
     conductor.wait_until(lambda: heard, 60.0, "the event")
     assert stamp_ns(heard[0].header.stamp) <= time.monotonic_ns() + 7
+    conductor.close()
+
+
+def test_an_answer_that_got_lost_is_asked_for_again(context, monkeypatch):
+    monkeypatch.setattr("towtank_bringup.conductor._AGAIN_S", 0.1)
+    conductor = Conductor((), context=context)
+    plant = rclpy.create_node("simulator", namespace="plant", context=context)
+    asked = []
+
+    def answer(request, response):
+        asked.append(request.crank_rate)
+        if len(asked) < 3:
+            raise LookupError  # the request is taken, and no answer given
+        response.success = True
+        return response
+
+    plant.create_service(SetDrive, "set_drive", answer)
+    ending = threading.Event()
+
+    def spin():
+        executor = StreamExecutor(context=context)
+        executor.add_node(plant)
+        while not ending.is_set():
+            with contextlib.suppress(LookupError):
+                executor.spin_once()
+        executor.shutdown()
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    conductor.set_drive(1.0, 3.0, 5.0)
+    assert asked == [3.0] * 3
+    ending.set()
+    thread.join()
+    plant.destroy_node()
     conductor.close()

@@ -22,6 +22,7 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from towtank_bag.topics import TRIAL_TOPIC_NAMES
@@ -39,6 +40,7 @@ from towtank_bringup.graph import CONDUCTOR, Graph, RosNode, told_to_all
 SERVICE_TIMEOUT_S = 30.0
 CRANK_DRIVE = "/measured/crank_drive"
 _SPIN_S = 0.05
+_AGAIN_S = 5.0  # between two requests where one is not answered
 _STRANGERS_S = 1.0  # between two looks for them
 
 
@@ -218,14 +220,34 @@ class Conductor(Node):
         """The trial has no more need of the crank."""
         self._crank.release()
 
-    def call(self, service: type, name: str, request: Any, timeout_s: float) -> Any:
-        """Call a service and wait for its answer; TrialError if there is none."""
+    def call(
+        self,
+        service: type,
+        name: str,
+        request: Any,
+        timeout_s: float,
+        again_s: float = math.inf,
+    ) -> Any:
+        """Call a service and wait for its answer; TrialError if there is none.
+
+        again_s: ask again so often, what may be asked twice. A server that has not found the
+        client's reader within a tenth of a second, for the machine is busy, drops its answer.
+        """
         client = self.create_client(service, name)
         try:
             self.wait_until(client.service_is_ready, timeout_s, f"service {name} to come up")
-            future = client.call_async(request)
-            self.wait_until(future.done, timeout_s, f"answer of service {name}")
-            return future.result()
+            asked: list[Future] = []
+            ask_at = -math.inf
+
+            def answered() -> bool:
+                nonlocal ask_at
+                if time.monotonic() > ask_at:
+                    asked.append(client.call_async(request))
+                    ask_at = time.monotonic() + again_s
+                return any(future.done() for future in asked)
+
+            self.wait_until(answered, timeout_s, f"answer of service {name}")
+            return next(future.result() for future in asked if future.done())
         finally:
             self.destroy_client(client)
 
@@ -268,7 +290,7 @@ class Conductor(Node):
         """
         self.leading = False
         answer = self.call(
-            GetState, f"{node.full_name}/get_state", GetState.Request(), SERVICE_TIMEOUT_S
+            GetState, f"{node.full_name}/get_state", GetState.Request(), SERVICE_TIMEOUT_S, _AGAIN_S
         )
         state = answer.current_state
         if state.id == State.PRIMARY_STATE_INACTIVE:
@@ -307,7 +329,7 @@ class Conductor(Node):
         request = SetDrive.Request(
             carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
         )
-        answer = self.call(SetDrive, "/plant/set_drive", request, SERVICE_TIMEOUT_S)
+        answer = self.call(SetDrive, "/plant/set_drive", request, SERVICE_TIMEOUT_S, _AGAIN_S)
         if not answer.success:
             raise TrialError(f"the drive refused {carriage_speed} m/s: {answer.message}")
 
