@@ -104,6 +104,17 @@ def test_a_bag_without_its_first_sector_is_one_still(bag):
     assert not opened.complete
 
 
+def test_what_a_damaged_place_held_is_named_and_its_messages_are_missed(bag):
+    """The rig and the first chunk in one: where the messages were is told too."""
+    (attachment,), chunk = of_kind(bag, Opcode.ATTACHMENT), of_kind(bag, Opcode.CHUNK)[0]
+    overwrite(bag, attachment.start, bytes(chunk.body + 20 - attachment.start))
+    opened = open_bag(bag.parent)
+    assert numbers(opened) == without_chunk(0)
+    said = "1 damaged place is left out, rig.yaml is damaged, the note 'towtank' is damaged"
+    assert f"{said}, 100 of 400 messages are lost (before 0.00 s" in opened.problem
+    assert opened.lost == [LostStretch(None, 100)]
+
+
 def test_damage_at_the_end_loses_no_message(bag):
     """Data end, summary, footer: each record of them, zeroed."""
     whole = bag.read_bytes()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from towtank_bag.bag_files import BagFiles
 from towtank_bag.layout import METADATA_FILE, RECORDING_MARKER
-from towtank_bag.mcap_scan import CHUNK, Scan
+from towtank_bag.mcap_scan import Scan
 
 _STRETCHES_NAMED = 3
 
@@ -68,9 +68,9 @@ def state_of(
 def _damage_text(scan: Scan, begin_ns: int) -> str:
     """What is damaged in one file, and what that has cost; empty for a whole one."""
     facts = []
-    if count := sum(1 for damage in scan.damage if damage.what in (CHUNK, "")):
+    if count := sum(damage.messages for damage in scan.damage):
         facts.append(f"{count} damaged {'places are' if count > 1 else 'place is'} left out")
-    facts += [f"{d.what} is damaged" for d in scan.damage if d.what not in (CHUNK, "")]
+    facts += [f"{name} is damaged" for damage in scan.damage for name in damage.names]
     if scan.nameless:
         facts.append(f"what topics {scan.nameless} of the messages are of is lost")
     if scan.summary_lost:
@@ -112,9 +112,7 @@ def _lost_stretches(scan: Scan) -> list[LostStretch]:
     stretches = []
     if scan.lost != 0:
         stretches = [
-            LostStretch(damage.from_ns, damage.to_ns)
-            for damage in scan.damage
-            if damage.what in (CHUNK, "")
+            LostStretch(damage.from_ns, damage.to_ns) for damage in scan.damage if damage.messages
         ]
         if not stretches and (scan.lost or scan.nameless):
             stretches = [LostStretch(None, None)]

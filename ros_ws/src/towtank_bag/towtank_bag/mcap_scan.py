@@ -44,8 +44,6 @@ from towtank_bag.mcap_records import (
     parsed,
 )
 
-CHUNK = "chunk"
-
 KEPT_BYTES = 256 << 20
 """Of decompressed chunks in memory, a file: every topic is read out of nearly each of them."""
 
@@ -106,13 +104,15 @@ class Block:
 class Damage:
     """A place of the file that was given up, in bytes from the file's start.
 
-    what: "chunk", the name of an attachment or a metadata record, or empty. from_ns, to_ns: log
-    times of the last message before and of the first one behind; None where there is none.
+    names: of the attachments and metadata that were in it, as far as they are known. messages:
+    whether messages may have been. from_ns, to_ns: log times of the last one before and of the
+    first one behind; None where there is none.
     """
 
     start: int
     length: int
-    what: str
+    names: list[str]
+    messages: bool
     from_ns: int | None
     to_ns: int | None
 
@@ -131,8 +131,8 @@ class Scan:
 
     damage: in the order of the file. broke_off: it ends before its data section does.
     summary_lost: it ends behind that, but without a summary that can be believed. expected: number
-    of messages, as the summary counted them; None without one. checked: whether
-    checksums say that all messages are right. data_crc_holds: of everything before the summary;
+    of messages, as the summary counted them; None without one. checked: whether checksums say that
+    all messages are right. data_crc_holds: of everything before the summary;
     None where the file has no such checksum. private_records: other programs' own, passed over.
     nameless: messages left out because nothing tells which topic they are of. repeated: messages
     left out because another file has them.
@@ -291,8 +291,10 @@ class _Summary:
                 summary.channels.append(record)
             elif isinstance(record, Statistics):
                 expected = record.message_count
-            elif record is not None:
+            elif isinstance(record, AttachmentIndex):
                 summary.names[record.offset] = record.name
+            elif isinstance(record, MetadataIndex):
+                summary.names[record.offset] = f"the note '{record.name}'"
         return replace(summary, expected=expected)
 
 
@@ -304,7 +306,7 @@ class _Walk:
         self._scan = Scan(path)
         self._summary: _Summary | None = None
         self._summary_unchecked = False
-        self._given_up: list[tuple[int, int, str, int]] = []  # and number of blocks before
+        self._damage: list[tuple[Damage, int]] = []  # and the number of blocks before
         self._unverified: list[Block] = []
         self._unknown_compressions: set[str] = set()
         self._kept = 0
@@ -368,13 +370,18 @@ class _Walk:
         found = self._file.next_after(position, plain=self._plain)
         end = self._file.end if found is None else found.start
         if found is not None or self._summary is not None:  # else the recording broke off here
-            self._note(position, end - position, "")
+            self._note(position, end)
         return end
 
-    def _note(self, start: int, length: int, what: str) -> None:
-        names = self._summary.names if self._summary is not None else {}
-        what = what or ", ".join(n for place, n in names.items() if start <= place < start + length)
-        self._given_up.append((start, length, what, len(self._scan.blocks)))
+    def _note(self, start: int, end: int, name: str | None = None) -> None:
+        """Damage; name: of the attachment that alone is concerned."""
+        if name is not None:
+            names = [name]
+        else:
+            known = self._summary.names if self._summary is not None else {}
+            names = [n for place, n in known.items() if start <= place < end]
+        damage = Damage(start, end - start, names, name is None, None, None)
+        self._damage.append((damage, len(self._scan.blocks)))
 
     @property
     def _plain(self) -> bool:
@@ -389,15 +396,15 @@ class _Walk:
             body = self._file.content(record)
             attachment = parsed(Attachment, body)
             intact = attachment_holds(body)
-            name = attachment.name if attachment is not None else ""
+            name = attachment.name if attachment is not None else "an attachment"
             if attachment is not None and (intact is not False or name not in scan.attachments):
                 scan.attachments[name] = AttachedFile(attachment.data, intact)
             if attachment is None or intact is False:
-                self._note(record.start, record.end - record.start, name)
+                self._note(record.start, record.end, name)
         elif record.opcode == Opcode.METADATA:
             metadata = parsed(Metadata, self._file.content(record))
             if metadata is None:
-                self._note(record.start, record.end - record.start, "")
+                self._note(record.start, record.end, "a note")
             else:
                 scan.metadata[metadata.name] = metadata.metadata
         elif record.opcode not in (Opcode.HEADER, Opcode.MESSAGE_INDEX):
@@ -414,7 +421,7 @@ class _Walk:
         if block is None:
             if (compression := chunk_compression(body)) not in ("", "zstd", "lz4"):
                 self._unknown_compressions.add(compression)
-            self._note(record.start, record.end - record.start, CHUNK)
+            self._note(record.start, record.end)
             return
         if not content.verified:
             self._unverified.append(block)
@@ -471,22 +478,21 @@ class _Walk:
             for name, file in scan.attachments.items():
                 if file.intact is None:
                     scan.attachments[name] = replace(file, intact=False)
-                    self._given_up.append((len(MAGIC), 0, name, 0))
+                    self._note(0, 0, name)
         if self._unverified and not checksums:
             scan.checked = False
         for block in self._unverified if checksums else ():
-            at = scan.blocks.index(block)
-            self._given_up.append((block.start, block.length, CHUNK, at))
+            damage = Damage(block.start, block.length, [], True, None, None)
+            self._damage.append((damage, scan.blocks.index(block)))
             block.offsets = {}
 
     def _place_damage(self) -> None:
-        scan = self._scan
-        for start, length, what, before in sorted(self._given_up):
-            earlier = [b.last_ns for b in scan.blocks[:before] if b.offsets]
-            later = [b.first_ns for b in scan.blocks[before:] if b.offsets]
-            scan.damage.append(
-                Damage(start, length, what, max(earlier, default=None), min(later, default=None))
-            )
+        """When in the recording each damage is."""
+        blocks = self._scan.blocks
+        for damage, before in sorted(self._damage, key=lambda noted: noted[0].start):
+            earlier = max((b.last_ns for b in blocks[:before] if b.offsets), default=None)
+            later = min((b.first_ns for b in blocks[before:] if b.offsets), default=None)
+            self._scan.damage.append(replace(damage, from_ns=earlier, to_ns=later))
 
 
 def _walk_messages(
