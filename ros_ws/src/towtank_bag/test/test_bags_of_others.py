@@ -225,6 +225,8 @@ def spoil(kind: str, bag) -> None:
         bag.write_bytes(b"")
     elif kind == "no file":
         bag.rename(bag.with_suffix(".db3"))
+    elif kind == "trial":
+        bag.rename(bag.parent / "bag")
     elif kind == "compressed":
         bag.rename(bag.with_suffix(".mcap.zstd"))
 
@@ -237,6 +239,7 @@ def spoil(kind: str, bag) -> None:
         ("folder", "holds no .mcap file, but a folder bag_0.mcap; give that"),
         ("empty", "bag_0.mcap: the file is empty: nothing was recorded, or nothing reached"),
         ("no file", "a bag in SQLite; convert it: rosbags-convert --src"),
+        ("trial", "holds no .mcap file, but a trial's bag; give .*/bag/bag$"),
         ("compressed", "files are compressed; expand them: zstd -d"),
     ],
 )

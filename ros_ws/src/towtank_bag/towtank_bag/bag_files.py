@@ -98,6 +98,8 @@ def _why_none(directory: Path, names: list[str], folders: list[Path]) -> str:
     for ending, form in _OTHER_FORMS.items():
         if any(name.endswith(ending) for name in names):
             return f"holds no .mcap file, but {form.format(directory)}"
+    if "bag" in names:
+        return f"holds no .mcap file, but a trial's bag; give {directory / 'bag'}"
     return "holds no .mcap file; give the bag's own directory"
 
 

@@ -194,6 +194,14 @@ def test_notes_that_people_keep_in_a_bag_are_kept(bag):
     json.dumps(result, allow_nan=False)
 
 
+def test_of_two_logs_the_last_is_evaluated_and_told(bag):
+    """Files of two trials in one folder, say."""
+    with_messages(bag, note("log_start", ""))
+    result = compare_bag(bag.parent)
+    assert [t - START_NS * 1e-9 for t in result["window"]] == pytest.approx([12, 18], abs=2e-3)
+    assert "the bag holds 2 logs: the last is evaluated" in " ".join(result["bag_notes"])
+
+
 def test_diagnostics_of_others_may_say_what_they_like(bag):
     values = [KeyValue(key="overruns", value=value) for value in ("n/a", "-1", "1e9", "²", "")]
     with_messages(

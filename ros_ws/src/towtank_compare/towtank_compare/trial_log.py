@@ -54,23 +54,31 @@ def _detail(text: str) -> dict[str, Any]:
 
 
 def logged_window(bag: Bag) -> LoggedWindow:
-    """From log_start to log_stop; where the trial broke off before log_stop, to the last measured
-    crank angle.
+    """From the last log_start to the log_stop behind it; where the trial broke off before that, to
+    the last measured crank angle.
 
     A mark that is lost with a damaged part of the bag was in that part: the window then ends where
     the first such part behind log_start begins, or begins where the last one before log_stop ends.
     Raises BagError where nothing was logged, or the marks are both lost.
     """
-    marks = {event.name: event.stamp_ns for event in events(bag)}
-    begin_ns, end_ns = marks.get("log_start"), marks.get("log_stop")
+    marks = events(bag)
+    starts, stops = (
+        [event.stamp_ns for event in marks if event.name == name]
+        for name in ("log_start", "log_stop")
+    )
+    begin_ns = max(starts, default=None)
+    end_ns = max((s for s in stops if begin_ns is None or s > begin_ns), default=None)
     note = None
+    if len(starts) > 1:
+        note = f"the bag holds {len(starts)} logs: the last is evaluated, --window chooses another"
     if begin_ns is None and end_ns is not None:
         begin_ns = max((s.to_ns for s in bag.lost if _is_before(s.to_ns, end_ns)), default=None)
         note = "log_start is lost: the window begins behind the damaged part before log_stop"
     if begin_ns is None:
         raise BagError(_why_no_window(bag, "log_start"))
     if end_ns is None:
-        end_ns, note = _last_logged(bag, begin_ns)
+        end_ns, lost = _last_logged(bag, begin_ns)
+        note = lost or note
     return LoggedWindow(-(-begin_ns // NS_PER_MS), end_ns // NS_PER_MS, note)
 
 
