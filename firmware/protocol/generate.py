@@ -281,6 +281,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     yield define("BOARD_ADC_SPI_CLOCK_HZ", u32(adc["spi"]["clock_hz"]))
     yield define("BOARD_ADC_INTERNAL_REFERENCE_VOLTS", adc["internal_reference_volts"])
     yield define("BOARD_ADC_BUFFER_HEADROOM_VOLTS", adc["buffer_headroom_volts"])
+    yield define("BOARD_ADC_SUPPLY_VOLTS", adc["supply_volts"])
     yield define("BOARD_ADC_REFIN1_PER_EXCITATION", adc["refin1_per_excitation"])
     for name, kind in adc["filter"]["types"].items():
         yield define(f"BOARD_ADC_FILTER_{name.upper()}", f"{kind['code']}u")

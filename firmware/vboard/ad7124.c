@@ -57,7 +57,6 @@ enum {
     ID_AD7124_8 = 0x14,
 };
 
-static const double SUPPLY_VOLTS = 3.3;  // AVDD and IOVDD of the board
 static const double DIE_CELSIUS = 25.0;
 static const double RESET_NS = 4e6;
 static const double SYNC_PULSE_CYCLES = 4.0;     // of the master clock: a shorter pulse may not be seen
@@ -229,7 +228,7 @@ uint32_t ad7124_ideal_code(double ratio, bool bipolar)
 static double seen(double volts, bool buffered, bool *in_range)
 {
     double beyond = buffered ? -BOARD_ADC_BUFFER_HEADROOM_VOLTS : PIN_BEYOND_VOLTS;
-    double nearest = fmin(fmax(volts, -beyond), SUPPLY_VOLTS + beyond);
+    double nearest = fmin(fmax(volts, -beyond), BOARD_ADC_SUPPLY_VOLTS + beyond);
     *in_range = *in_range && nearest == volts;
     return nearest;
 }
@@ -248,7 +247,7 @@ static double input_volts(ad7124 *adc, unsigned positive, unsigned negative, uin
         return BOARD_ADC_INTERNAL_REFERENCE_VOLTS;
     case INPUT_AVDD_SIXTH:
     case INPUT_IOVDD_SIXTH:
-        return SUPPLY_VOLTS / 6.0;
+        return BOARD_ADC_SUPPLY_VOLTS / 6.0;
     case INPUT_20_MILLIVOLTS:
         return 0.020;
     }
@@ -265,7 +264,7 @@ static double reference_volts(ad7124 *adc, uint32_t config, double time_ns, bool
     case 2:
         return adc->registers[AD7124_ADC_CONTROL] & CONTROL_REF_EN ? BOARD_ADC_INTERNAL_REFERENCE_VOLTS : 0.0;
     case 3:
-        pins.positive = SUPPLY_VOLTS;
+        pins.positive = BOARD_ADC_SUPPLY_VOLTS;
         break;
     }
     double volts = seen(pins.positive, config & CONFIG_REF_BUFP, in_range) -

@@ -22,7 +22,7 @@ def expected_codes(volts: tuple[float, ...]) -> list[float]:
     """Closed form of every channel's code."""
     reference = volts[5] / 4
     bridges = [2**23 * (35.96 * v / reference + 1) for v in volts[:2]]
-    return bridges + [2**24 * v / 2.5 for v in volts[2:5]] + [2**24 * 0.2 * volts[5] / 2.5]
+    return bridges + [2**24 * v / 3.3 for v in volts[2:5]] + [2**24 * 0.2 * volts[5] / 2.5]
 
 
 class Host:
@@ -138,7 +138,7 @@ def test_noise_has_the_nominal_sigma(board_elf):
         codes = np.array([s.codes for s in host.frames.scans() if s.valid_mask == ALL_CHANNELS])
     # board.yaml's noise at the ADC's input, in codes.
     reference = VOLTS[5] / 4
-    sigma = [20e-6 * 2**23 / reference] * 2 + [20e-6 * 2**24 / 2.5] * 3 + [25e-6 * 2**24 / 2.5]
+    sigma = [20e-6 * 2**23 / reference] * 2 + [35e-6 * 2**24 / 3.3] * 3 + [25e-6 * 2**24 / 2.5]
     standard_error = 1 / math.sqrt(2 * len(codes))
     assert len(codes) > 700
     assert np.abs(codes.std(axis=0) / sigma - 1).max() < 4 * standard_error

@@ -391,7 +391,7 @@ def test_power_lost_while_the_configuration_is_written(
 def test_self_test_of_a_sound_board(open_driver, description):
     """Offset and test voltage are exact in the model, up to the mean of 8 conversions' noise of
     20 uV (7 uV, halved in the 20 mV by the gain of 32); REFIN1 is 10 V / 4; the deflections are
-    board.yaml's, less the 0.4 % that the pole holds back and 4 sigma of two means."""
+    board.yaml's, less the 0.4 % that the pole holds back and 4 sigma of two means of 35 uV."""
     _, driver = open_driver()
     report = driver.self_test()
     found = {check.name: check.value for check in report.checks}
@@ -402,7 +402,7 @@ def test_self_test_of_a_sound_board(open_driver, description):
     assert found["reference REFIN1"] == pytest.approx(2.5, abs=1e-5)
     for axis, volts in (("accel_x", 0.05), ("accel_y", 0.05), ("accel_z", 0.06)):
         deflection = found[f"{axis} deflection by its self-test"]
-        assert deflection == pytest.approx(0.996 * volts, abs=4e-3 * volts + 40e-6)
+        assert deflection == pytest.approx(0.996 * volts, abs=4e-3 * volts + 70e-6)
 
 
 def test_scans_after_a_self_test_hold_nothing_of_it(open_driver, description):

@@ -29,8 +29,8 @@ def test_bridge_codes_are_ratiometric(description):
 
 
 def test_single_ended_codes(description):
-    """1.65 V of the internal 2.5 V, unipolar; 10 V of excitation through the 1:5 divider."""
-    assert description.adc_channel("accel_z", 10.0).volts(2**24 * 1.65 / 2.5) == pytest.approx(1.65)
+    """Half of the supply, unipolar; 10 V of excitation through the 1:5 divider of 2.5 V."""
+    assert description.adc_channel("accel_z", 10.0).volts(2**24 / 2) == pytest.approx(1.65)
     assert description.adc_channel("excitation", 10.0).volts(2**24 * 2 / 2.5) == pytest.approx(10.0)
 
 

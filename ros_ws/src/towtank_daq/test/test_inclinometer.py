@@ -25,11 +25,11 @@ def inclinometer(rig, description):
 
 
 def codes(x: float, y: float, z: float) -> list[int]:
-    """A scan under a specific force in fish axes, m/s^2: unipolar codes of 1.65 V + S f at 2.5 V.
+    """A scan under a specific force in fish axes, m/s^2: unipolar codes of 1.65 V + S f at 3.3 V.
 
-    The scale ends at 2.5 V, 1.29 g above zero.
+    The scale ends at 3.3 V, 2.5 g above zero.
     """
-    force = [round(2**24 * (1.65 + VOLTS_PER_FORCE * f) / 2.5) for f in (x, y, z)]
+    force = [round(2**24 * (1.65 + VOLTS_PER_FORCE * f) / 3.3) for f in (x, y, z)]
     return [0, 0, *force, 0]
 
 
@@ -45,7 +45,7 @@ def attitude(pitch: float, roll: float, g: float) -> list[int]:
 @pytest.mark.parametrize("pitch", [-1.2, -0.2, 0.0, 0.1, 0.9])
 @pytest.mark.parametrize("roll", [-2.0, 0.0, 0.3])
 def test_attitude_at_rest(inclinometer, rig, pitch, roll):
-    """One code is 2.2 um/s^2: below 1e-6 rad for these attitudes."""
+    """One code is 2.9 um/s^2: below 1e-6 rad for these attitudes."""
     reading = inclinometer.process(attitude(pitch, roll, rig.water.gravity.value), ALL_VALID)
     assert reading.pitch == pytest.approx(pitch, abs=2e-6)
     assert reading.roll == pytest.approx(roll, abs=2e-6)
@@ -99,18 +99,18 @@ def test_roll_is_less_certain_when_pitched_up(inclinometer, rig):
 
 
 def test_parts_of_the_uncertainty(inclinometer, rig):
-    """Noise of 160 and 20 µV over 0.0673 V/(m/s²) is 2.396 mm/s², 0.245 mrad."""
+    """Noise of 160 and 35 µV over 0.0673 V/(m/s²) is 2.434 mm/s², 0.249 mrad."""
     level = inclinometer.process(attitude(0.0, 0.0, rig.water.gravity.value), ALL_VALID)
     pitch = level.pitch_uncertainty
-    assert pitch.type_a == pytest.approx(0.245e-3, rel=0.005)
+    assert pitch.type_a == pytest.approx(0.249e-3, rel=0.005)
     assert pitch.combined == pytest.approx(math.hypot(pitch.type_a, pitch.type_b), rel=1e-12)
     assert pitch.u95 == pytest.approx(1.96 * pitch.combined, rel=0.02)  # normal parts dominate
     covariance = level.force_covariance
-    # 10 mrad and 3 mV of 95 % on each axis, 0.15 % of 1.65 V as a limit on all of them together, a
+    # 10 mrad and 3 mV of 95 % on each axis, 0.03 % of 1.65 V as a limit on all of them together, a
     # sensitivity of 0.5 % on the one that feels g, drift beside
-    assert math.sqrt(covariance[0]) == pytest.approx(math.hypot(0.050, 0.023, 0.021), abs=0.001)
+    assert math.sqrt(covariance[0]) == pytest.approx(math.hypot(0.050, 0.023, 0.004), abs=0.001)
     assert math.sqrt(covariance[8]) > math.sqrt(covariance[0])
-    assert covariance[1] == covariance[3] > 0.9 * 0.021**2
+    assert covariance[1] == covariance[3] > 0.9 * 0.0042**2
 
 
 def test_pitch_is_less_certain_under_way(inclinometer, rig):

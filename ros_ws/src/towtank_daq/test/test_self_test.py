@@ -8,7 +8,7 @@ from towtank_daq.protocol import SelfTestRecord
 from towtank_daq.self_test import judge
 
 # Hand values: 20 mV with gain 32 is 0.64 V of 2.5 V; AVDD/6 is 0.55 V of 2.5 V on either reference;
-# 50 mV on the accelerometer are 335 544 of 2^24 codes in 2.5 V.
+# 50 mV on the accelerometer are 254 200 of 2^24 codes in 3.3 V.
 SOUND = SelfTestRecord(
     adc_id=0x14,
     spi_errors=0,
@@ -19,7 +19,7 @@ SOUND = SelfTestRecord(
     supply_code=2**23 + round(2**23 * 0.22),
     supply_on_refin1_code=2**23 + round(2**23 * 0.22),
     rest_codes=(11_000_000, 11_000_000, 15_000_000),
-    deflected_codes=(10_664_456, 11_335_544, 15_335_544),
+    deflected_codes=(10_745_800, 11_254_200, 15_254_200),
 )
 
 

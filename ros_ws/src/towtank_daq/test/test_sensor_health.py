@@ -165,7 +165,7 @@ def test_excitation_out_of_range_concerns_the_bridges(description):
 
 def test_axes_of_an_accelerometer_are_told_together(description):
     health = AccelerometerHealth(RIG, description)
-    level = [round(2**24 * volts / 2.5) for volts in (1.65, 1.65, 2.31)]
+    level = [round(2**24 * volts / 3.3) for volts in (1.65, 1.65, 2.31)]
     assert health.update([0, 0, *level, 0], ALL_VALID) == 0
     assert health.update([0, 0, 0, *level[1:], 0], ALL_VALID) == Health.SHORT | Health.SATURATED
     top = 2**24 - 1

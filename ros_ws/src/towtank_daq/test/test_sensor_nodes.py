@@ -146,6 +146,10 @@ def single_ended(volts: float) -> int:
     return round(2**24 * volts / 2.5)
 
 
+def ratiometric(volts: float) -> int:
+    return round(2**24 * volts / 3.3)
+
+
 @pytest.mark.timeout(60)
 def test_pressure_node(bench):
     """16 mV at the bridge is 20 kPa; the depressor's channel is the second."""
@@ -224,7 +228,7 @@ def test_inclinometer_node(bench):
     inclinations = made.hear(Inclination, "/measured/fish/inclination")
     made.connected()
     volts = (1.65 + 0.33, 1.65, 1.65 + 0.66 * math.cos(math.pi / 6))
-    scan = made.settle([0, 0, *map(single_ended, volts), 0], inclinations, DRIVE_SCANS)
+    scan = made.settle([0, 0, *map(ratiometric, volts), 0], inclinations, DRIVE_SCANS)
     made.spin_until(lambda: len(imus) == DRIVE_SCANS)
     imu, inclination = imus[-1], inclinations[-1]
     assert inclination.pitch == pytest.approx(-math.pi / 6, abs=1e-5)

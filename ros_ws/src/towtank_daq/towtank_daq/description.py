@@ -51,12 +51,13 @@ class _Filter(BaseModel):
 class _Setup(BaseModel):
     bipolar: bool
     pga: int = Field(gt=0)
-    reference: Literal["refin1", "internal"]
+    reference: Literal["refin1", "internal", "avdd"]
 
 
 class _Adc(BaseModel):
     master_clock_hz: int = Field(gt=0)
     internal_reference_volts: float = Field(gt=0)
+    supply_volts: float = Field(gt=0)
     buffer_headroom_volts: float = Field(ge=0)
     refin1_per_excitation: float = Field(gt=0)
     filter: _Filter
@@ -164,6 +165,7 @@ class BoardDescription(BaseModel):
         references = {
             "refin1": excitation_volts * self.adc.refin1_per_excitation,
             "internal": self.adc.internal_reference_volts,
+            "avdd": self.adc.supply_volts,
         }
         # Measured against its own output reference, an amplifier's output has no offset
         against_ground = channel.negative == "AVSS"

@@ -125,14 +125,13 @@ def judge(record: SelfTestRecord, board: BoardDescription) -> SelfTest:
             "check the bridges' 10 V excitation and the divider from it to REFIN1",
         ),
     ]
-    volts_per_code = reference / 2**24
     limit = limits["deflection_volts"]
     axes = zip(
         board.self_test.accelerometer, record.rest_codes, record.deflected_codes, strict=True
     )
     for name, rest, deflected in axes:
-        channel = board.channels[board.channel_names.index(name)]
-        per_code = volts_per_code / setups[channel.setup].pga / channel.gain
+        # No axis is measured against the excitation.
+        per_code = board.adc_channel(name, excitation_volts=1.0).resolution
         checks.append(
             Check(
                 f"{name} deflection by its self-test",

@@ -32,9 +32,9 @@ class Channel:
     Attributes:
         gain: Volts between the ADC's inputs per volt at the terminals.
         offset: Volts between the ADC's inputs at zero volts at the terminals.
-        reference_volts: The ADC's reference. If it derives from the excitation (ratiometric), the
-            value at the nominal excitation; volts then are those at the nominal excitation, too,
-            whatever the true one is.
+        reference_volts: The ADC's reference. If it derives from what feeds the sensor, the
+            excitation or the supply (ratiometric), its nominal value; volts then are those at the
+            nominal one, too, whatever the true one is.
         bipolar: Codes are ``2^(bits−1)·(V·pga/reference + 1)`` if bipolar, else ``2^bits·V·pga/
             reference`` (AD7124-8 data sheet).
         pga: Gain inside the ADC.

@@ -192,7 +192,7 @@ def accelerometer_error_terms(rig: Rig) -> tuple[ErrorTerm, ...]:
         *(ErrorTerm(f"sensitivity {a}", "sensitivity", (sensitivity,), "1") for a in AXES),
         *(ErrorTerm(f"zero g {a}", "zero_g", (zero_g[a],), "V") for a in AXES),
         *(ErrorTerm(f"zero g over temperature {a}", "zero_g", drift, "V") for a in AXES),
-        # Zero and sensitivity of all axes are shares of one supply, which the ADC does not follow.
+        # Zero and sensitivity of all axes are shares of one supply at the end of a cable.
         ErrorTerm("supply ratio", "supply", (errors.supply_ratio,), "1"),
         *(
             ErrorTerm(f"nonlinearity {a}", "nonlinearity", (errors.nonlinearity,), "m/s^2")
