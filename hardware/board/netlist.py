@@ -99,6 +99,10 @@ class Board:
     def capacitor(self, reference: str, value: str, first: str, second: str = "GND") -> None:
         self.two(CAPACITORS[value], reference, first, second)
 
+    def clamp(self, reference: str, net: str) -> None:
+        """Keeps a pin of the Mega between its ground and its supply, behind 1 kohm."""
+        self.place(parts.CLAMP, reference, A="GND", K="5V", COM=net)
+
     def net(self, name: str) -> Net:
         if name not in self.nets:
             self.nets[name] = Net(name, circuit=self.circuit)
@@ -331,6 +335,7 @@ def _encoder(board: Board, block: int, connector: str, name: str) -> None:
         board.resistor(f"R{block + number}", "2.2k", f"{name}_{track}_IN", "5V")
         board.resistor(f"R{block + 2 + number}", "1k", f"{name}_{track}_IN", f"{name}_{track}")
         board.capacitor(f"C{block + number}", "1n", f"{name}_{track}")
+        board.clamp(f"D{block + number}", f"{name}_{track}")
 
 
 def _drive(board: Board) -> None:
@@ -343,7 +348,9 @@ def _drive(board: Board) -> None:
     for number, signal in ((1, "PWM"), (2, "ENABLE")):
         board.resistor(f"R72{number}", "1k", f"DRIVE_{signal}", f"DRIVE_{signal}_OUT")
         board.resistor(f"R72{number + 2}", "100k", f"DRIVE_{signal}", "GND")
+        board.clamp(f"D72{number}", f"DRIVE_{signal}")
     # The loop is closed to ground through the button; open, or with a broken wire, it is high.
     board.resistor("R725", "2.2k", "E_STOP_LOOP", "5V")
     board.resistor("R726", "1k", "E_STOP", "E_STOP_LOOP")
     board.capacitor("C721", "100n", "E_STOP")
+    board.clamp("D723", "E_STOP")

@@ -373,6 +373,16 @@ ZENER = Kind(
     footprint="Package_TO_SOT_SMD:SOT-23",
     symbol="Diode:BZX84Cxx",
 )
+CLAMP = Kind(
+    "BAT54S",
+    "Nexperia",
+    "BAT54S,215",
+    "two Schottky diodes in series, 200 mA, SOT-23",
+    (("1", "A", "passive"), ("2", "K", "passive"), ("3", "COM", "passive")),
+    footprint="Package_TO_SOT_SMD:SOT-23",
+    symbol="Diode:BAT54S",
+    symbol_names=(("A", "~"), ("K", "~"), ("COM", "~")),
+)
 TVS = Kind(
     "SMBJ14A",
     "Littelfuse",
@@ -445,6 +455,19 @@ _MEGA_PINS_HEADER = _off_board(
     "pin header 2.54 mm, 2 x 10, soldered in the place of A601, for the wires to the Mega",
 )
 
+_DRIVER = _off_board(
+    "VNH5019",
+    "Pololu",
+    "1451",
+    "motor driver VNH5019A-E on a carrier, 5.5 to 24 V, 12 A, 30 A for a short time",
+)
+_DRIVER_PULL_DOWN = _off_board(
+    "10k 0.25 W",
+    "Yageo",
+    "MFR-25FBF52-10K",
+    "resistor with leads, two: from the driver's PWM and INA to its GND",
+)
+
 # What is plugged into each connector, and what is at the other end of the cable.
 OFF_BOARD: dict[str, tuple[Kind, ...]] = {
     "A601": (_MEGA_PINS_HEADER,),
@@ -454,5 +477,5 @@ OFF_BOARD: dict[str, tuple[Kind, ...]] = {
     "J4": (_plug("MC 1,5/6-ST-3,81", "1803617", 6), _LIS3L06AL),
     "J5": (_PLUG_4, _ENCODER),
     "J6": (_PLUG_4, _ENCODER),
-    "J7": (_PLUG_4,),
+    "J7": (_PLUG_4, _DRIVER, _DRIVER_PULL_DOWN),
 }

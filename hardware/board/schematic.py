@@ -213,6 +213,9 @@ def logic(board: Board) -> Sheet:
         sheet.flag("5V_ENC", (3.5, y - 8))
         sheet.flag("GND", (3.5, y - 10))
 
+    for number, block in enumerate((701, 702, 711, 712)):
+        _clamp(sheet, f"D{block}", (2 + 9 * number, -30))
+
     encoders = ["PD0", "PD1", "PD2", "PD3"]
     drive = ["PH3", "PH4", "PH5"]
     spi = ["PB0", "PB1", "PB2", "PB3", "PE4", "PL0", "PL1"]
@@ -287,6 +290,8 @@ def drive(board: Board) -> Sheet:
     sheet.flag("5V", (9.5, -9.5), "up")
     sheet.box("J7", (12, 0), 4, left=("1", None, None, "2", None, None, "3", "4"))
     sheet.flag("GND", (11, -14))
+    for number in range(3):
+        _clamp(sheet, f"D72{number + 1}", (22, -5 * number))
     return sheet
 
 
@@ -306,6 +311,15 @@ def draw(board: Board) -> dict[str, Sheet]:
     for sheet in sheets.values():
         sheet.dot_junctions()
     return sheets
+
+
+def _clamp(sheet: Sheet, part: str, place: tuple[float, float]) -> None:
+    """Two diodes that keep a net between ground and 5 V, each pin with its flag."""
+    x, y = place
+    sheet.box(part, place, 3, left=("COM",), right=("K", "A"))
+    sheet.flag(sheet.board.net_of(part, "COM"), (x - 1, y), "left")
+    sheet.flag("5V", (x + 4, y))
+    sheet.flag("GND", (x + 4, y - 2))
 
 
 def _to_ground(sheet: Sheet, *points: tuple[float, float]) -> None:
