@@ -10,11 +10,12 @@ import pytest
 from click.testing import CliRunner
 from offline_trial import ELF
 from towtank_bringup.cli import towtank
-from towtank_bringup.plan import conversion_noise
+from towtank_bringup.plan import EEPROM_BYTES, conversion_noise
 from towtank_bringup.rigs import rig_path
 from towtank_daq.board import AdcBoard
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.doctor import REST_S, Examination, examine
+from towtank_daq.identity import eeprom_image
 from towtank_daq.protocol import Protocol
 from towtank_rig import load_rig
 from vboard import VirtualBoard
@@ -28,7 +29,14 @@ MOVED = (1.0, 1.5)  # turns of the crank, m of the carriage
 
 
 def found_on(
-    faults=None, moved=(0.0, 0.0), given=(None, None), from_s=REST_S, creep=0.0, **options
+    faults=None,
+    moved=(0.0, 0.0),
+    given=(None, None),
+    from_s=REST_S,
+    creep=0.0,
+    rig=RIG,
+    dips=False,
+    **options,
 ) -> Examination:
     """moved: turns of the crank and m of the carriage, evenly after `from_s`; given: what the
     doctor is told of them. creep: of the carriage's count before, counts/s."""
@@ -44,7 +52,11 @@ def found_on(
         rates = [distance / (SECONDS - from_s) for distance in moved]
         circumference = RIG.sensors.carriage_encoder.wheel_circumference.value
 
+        dip = iter((virtual.dip_adc_supply,) if dips else ())
+
         def passed(passed_s: float) -> None:
+            if passed_s > 2.0:
+                next(dip, lambda: None)()
             if passed_s >= from_s:
                 line.crank_rate = 2 * math.pi * rates[0]
                 line.carriage_rate = 2 * math.pi * rates[1] / circumference
@@ -54,13 +66,20 @@ def found_on(
         return examine(
             board,
             scans,
-            RIG,
+            rig,
             BOARD,
             seconds=SECONDS,
             turns=given[0],
             travel=given[1],
             passed=passed,
         )
+
+
+OF_THIS_BOARD = "calibration of this board"  # the rig names none
+
+
+def names(left) -> list[str]:
+    return [what.name for what in left]
 
 
 def failures(found: Examination) -> list[str]:
@@ -72,8 +91,11 @@ def test_sound_board():
     9 %, three of that."""
     found = found_on(moved=MOVED, given=MOVED)
     assert failures(found) == []
-    assert set(found.checks) == {"self-test", "scans", "noise", "encoders", "clock", "counters"}
-    assert found.facts["last reset"] == "power_on" and found.not_checked == ()
+    assert {"identity", "self-test", "scans", "noise", "encoders", "clock", "counters"} == set(
+        found.checks
+    )
+    assert found.facts["last reset"] == "power_on" and names(found.not_checked) == [OF_THIS_BOARD]
+    assert found.facts["board"] == found.facts["calibration id"] == "unset"
     shafts = {check.name: check.value for check in found.checks["encoders"]}
     assert shafts == {
         "crank at rest": pytest.approx(0, abs=1),
@@ -134,8 +156,8 @@ def test_an_adc_that_does_not_answer_ends_the_examination():
     assert failures(found) == ["ADC answers", "stream"]
     assert "refuses 'start': adc fault: check the ADC's supply" in found.failures[1].mend
     left = [(left.section, left.name) for left in found.not_checked]
-    assert left[1:3] == [("encoders", "crank"), ("encoders", "carriage")] and len(left) == 5
-    assert {left.wanted for left in found.not_checked} == {"mend the stream first"}
+    assert left[2:4] == [("encoders", "crank"), ("encoders", "carriage")] and len(left) == 6
+    assert {left.wanted for left in found.not_checked[1:]} == {"mend the stream first"}
 
 
 @pytest.mark.parametrize(
@@ -144,8 +166,39 @@ def test_an_adc_that_does_not_answer_ends_the_examination():
 )
 def test_what_was_not_moved_has_neither_passed_nor_failed(given, left):
     found = found_on(given=given)
-    assert [what.name for what in found.not_checked] == left
+    assert names(found.not_checked) == [OF_THIS_BOARD, *left]
     assert found.failures == [] and not {check.name for check in found.all} & set(left)
+
+
+def test_an_adc_that_resets_itself_is_found():
+    found = found_on(dips=True)
+    assert failures(found) == ["scans with a bad channel", "scan overruns", "adc restarts"]
+    assert "3.3 V supply" in found.failures[-1].mend
+
+
+@pytest.mark.parametrize(
+    ("stored", "wrong"),
+    [(3, []), (4, [OF_THIS_BOARD]), (None, [OF_THIS_BOARD])],
+    ids=["the rig's", "another's", "unset"],
+)
+def test_a_board_is_that_of_the_rig(tmp_path, stored, wrong):
+    rig = RIG.replace({"board.calibration_id": 3})
+    eeprom = tmp_path / "eeprom"
+    image = b"" if stored is None else eeprom_image(BOARD, 17, stored)
+    eeprom.write_bytes(image.ljust(EEPROM_BYTES, b"\xff"))
+    found = found_on(rig=rig, eeprom=eeprom)
+    assert failures(found) == wrong
+    assert found.facts["calibration id"] == ("unset" if stored is None else str(stored))
+    assert OF_THIS_BOARD not in names(found.not_checked)
+
+
+def test_a_damaged_identity_is_found(tmp_path):
+    image = bytearray(eeprom_image(BOARD, 17, 3).ljust(EEPROM_BYTES, b"\xff"))
+    image[4] ^= 1
+    (tmp_path / "eeprom").write_bytes(image)
+    found = found_on(eeprom=tmp_path / "eeprom")
+    assert failures(found) == ["serial number and calibration id stored"]
+    assert "write it with `towtank identity`" in found.failures[0].mend
 
 
 def test_illegal_steps_are_found():
@@ -176,13 +229,17 @@ def test_doctor_on_the_virtual_board():
     shafts = {c["name"]: c["value"] for c in found["checks"] if c["section"] == "encoders"}
     assert math.isclose(shafts["crank"], 1.0, abs_tol=0.05)
     assert math.isclose(shafts["carriage"], -0.7, abs_tol=0.025)
-    assert found["not_checked"] == []
+    assert [what["name"] for what in found["not_checked"]] == ["calibration of this board"]
     table = run("--virtual", "--seconds", 2, "--turns", 1)
     assert table.exit_code == 0, table.output
     (row,) = [line for line in table.stdout.splitlines() if "│ carriage  " in line]
     assert "not checked" in row and "pass" not in row
     assert "carriage: not checked: give --travel METRES and move" in table.stdout
-    assert table.stdout.endswith(" checks passed, 1 not checked\n")
+    assert table.stdout.endswith(" checks passed, 2 not checked\n")
     left = json.loads(run("--virtual", "--seconds", 2, "--json").stdout)
     assert left["passed"]
-    assert [what["name"] for what in left["not_checked"]] == ["crank", "carriage"]
+    assert [what["name"] for what in left["not_checked"]] == [
+        "calibration of this board",
+        "crank",
+        "carriage",
+    ]

@@ -21,18 +21,48 @@ static uint8_t identify(struct board *board, const uint8_t *arguments, uint8_t *
 {
     (void)board;
     (void)arguments;
+    struct identity numbers;
+    if (storage_identity(&numbers) != BOARD_IDENTITY_STATE_VALID)
+        numbers = (struct identity){STORAGE_NO_NUMBER, STORAGE_NO_NUMBER};
     struct identify_response response = {
         .protocol = BOARD_PROTOCOL,
         .schema_hash = BOARD_SCHEMA_HASH,
         .firmware_version = BOARD_FIRMWARE_VERSION,
         .adc_id = ad7124_identify(),
         .clock_hz = BOARD_TICK_HZ,
-        .calibration_id = storage_number(BOARD_EEPROM_CALIBRATION_ID),
-        .board_serial = storage_number(BOARD_EEPROM_BOARD_SERIAL),
+        .calibration_id = numbers.calibration_id,
+        .board_serial = numbers.board_serial,
     };
     identify_response_pack(data, &response);
     *size = IDENTIFY_RESPONSE_SIZE;
     return BOARD_STATUS_OK;
+}
+
+static uint8_t identity(struct board *board, const uint8_t *arguments, uint8_t *data, uint8_t *size)
+{
+    (void)board;
+    (void)arguments;
+    struct identity numbers;
+    struct identity_response response = {.state = storage_identity(&numbers)};
+    response.board_serial = numbers.board_serial;
+    response.calibration_id = numbers.calibration_id;
+    identity_response_pack(data, &response);
+    *size = IDENTITY_RESPONSE_SIZE;
+    return BOARD_STATUS_OK;
+}
+
+static uint8_t set_identity(struct board *board, const uint8_t *arguments, uint8_t *data,
+                            uint8_t *size)
+{
+    (void)board;
+    (void)data;
+    (void)size;
+    struct set_identity_arguments wanted;
+    set_identity_arguments_unpack(&wanted, arguments);
+    if (wanted.board_serial == STORAGE_NO_NUMBER || wanted.calibration_id == STORAGE_NO_NUMBER)
+        return BOARD_STATUS_BAD_ARGUMENT;
+    struct identity numbers = {wanted.board_serial, wanted.calibration_id};
+    return storage_save_identity(&numbers) ? BOARD_STATUS_OK : BOARD_STATUS_STORAGE_FAULT;
 }
 
 static bool same(const struct configure_arguments *a, const struct configure_arguments *b)
@@ -173,6 +203,8 @@ static const struct command commands[] = {
     {BOARD_COMMAND_COUNTERS, 0, ALWAYS, counters},
     {BOARD_COMMAND_RESET, 0, ALWAYS, reset},
     {BOARD_COMMAND_CONFIGURATION, 0, ALWAYS, configuration},
+    {BOARD_COMMAND_IDENTITY, 0, ALWAYS, identity},
+    {BOARD_COMMAND_SET_IDENTITY, SET_IDENTITY_ARGUMENTS_SIZE, AT_REST_ONLY, set_identity},
     {BOARD_COMMAND_DRIVE, DRIVE_ARGUMENTS_SIZE, ALWAYS, drive},
 };
 

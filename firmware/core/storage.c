@@ -92,9 +92,44 @@ bool storage_save(struct storage *storage, const struct configure_arguments *con
     return true;
 }
 
-uint32_t storage_number(uint16_t address)
+// Serial number, calibration id and checksum lie one behind another.
+#define IDENTITY_AT BOARD_EEPROM_BOARD_SERIAL
+#define IDENTITY_CHECKED 8u
+#define IDENTITY_SIZE (IDENTITY_CHECKED + 2u)
+_Static_assert(BOARD_EEPROM_CALIBRATION_ID == IDENTITY_AT + 4u &&
+                   BOARD_EEPROM_IDENTITY_CHECKSUM == IDENTITY_AT + IDENTITY_CHECKED,
+               "the identity is one block");
+
+static uint16_t identity_checksum(const uint8_t bytes[IDENTITY_SIZE])
 {
-    uint8_t bytes[4];
-    hal_eeprom_read(address, bytes, sizeof bytes);
-    return board_get_u32(bytes);
+    return hal_crc16_ccitt(BOARD_WIRE_CRC16_INITIAL, bytes, IDENTITY_CHECKED);
+}
+
+uint8_t storage_identity(struct identity *identity)
+{
+    uint8_t bytes[IDENTITY_SIZE];
+    hal_eeprom_read(IDENTITY_AT, bytes, IDENTITY_SIZE);
+    identity->board_serial = board_get_u32(bytes);
+    identity->calibration_id = board_get_u32(bytes + 4);
+    uint16_t stored = board_get_u16(bytes + IDENTITY_CHECKED);
+    bool written = identity->board_serial != STORAGE_NO_NUMBER ||
+                   identity->calibration_id != STORAGE_NO_NUMBER;
+    if (written && stored == identity_checksum(bytes))
+        return BOARD_IDENTITY_STATE_VALID;
+    if (stored != UINT16_MAX)
+        return BOARD_IDENTITY_STATE_DAMAGED;
+    return written ? BOARD_IDENTITY_STATE_WITHOUT_CHECKSUM : BOARD_IDENTITY_STATE_UNSET;
+}
+
+bool storage_save_identity(const struct identity *identity)
+{
+    uint8_t bytes[IDENTITY_SIZE];
+    board_put_u32(bytes, identity->board_serial);
+    board_put_u32(bytes + 4, identity->calibration_id);
+    board_put_u16(bytes + IDENTITY_CHECKED, identity_checksum(bytes));
+    hal_eeprom_write(IDENTITY_AT, bytes, IDENTITY_SIZE);
+    struct identity written;
+    return storage_identity(&written) == BOARD_IDENTITY_STATE_VALID &&
+           written.board_serial == identity->board_serial &&
+           written.calibration_id == identity->calibration_id;
 }

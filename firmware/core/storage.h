@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the EEPROM holds: the board's identity, and the configuration in two slots that are written
+// What the EEPROM holds: the board's identity under a checksum, and the configuration in two slots that are written
 // in turn. A slot counts only with its version and its checksum, so that a write which is cut short
 // leaves the configuration before it.
 #ifndef STORAGE_H
@@ -24,7 +24,17 @@ struct configure_arguments storage_load(struct storage *storage);
 // Writing takes 3.4 ms a byte.
 bool storage_save(struct storage *storage, const struct configure_arguments *configuration);
 
-// A u32 at an address of board.yaml; 0xFFFFFFFF if never written.
-uint32_t storage_number(uint16_t address);
+#define STORAGE_NO_NUMBER UINT32_MAX
+
+struct identity {
+    uint32_t board_serial;
+    uint32_t calibration_id;
+};
+
+// What stands in the EEPROM, whatever it is worth: one of BOARD_IDENTITY_STATE_….
+uint8_t storage_identity(struct identity *identity);
+
+// Stores numbers of which none is STORAGE_NO_NUMBER. False if the EEPROM does not hold them afterwards.
+bool storage_save_identity(const struct identity *identity);
 
 #endif

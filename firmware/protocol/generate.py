@@ -148,7 +148,7 @@ def check_consistency(board: dict[str, Any]) -> None:
     check(len(slots) == 2, "eeprom.configuration.slots: two")
     slot_size = 2 + sum(field.size for field in arguments) + 2
     check(
-        min(slots) >= 8 and abs(slots[0] - slots[1]) >= slot_size,
+        min(slots) >= 10 and abs(slots[0] - slots[1]) >= slot_size,
         f"eeprom: {slot_size} bytes a slot overlap with something else",
     )
 
@@ -345,6 +345,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
     eeprom = board["eeprom"]
     yield define("BOARD_EEPROM_BOARD_SERIAL", f"{eeprom['board_serial']}u")
     yield define("BOARD_EEPROM_CALIBRATION_ID", f"{eeprom['calibration_id']}u")
+    yield define("BOARD_EEPROM_IDENTITY_CHECKSUM", f"{eeprom['identity_checksum']}u")
     yield define("BOARD_EEPROM_CONFIGURATION_VERSION", f"{eeprom['configuration']['version']}u")
     yield define("BOARD_EEPROM_CONFIGURATION_SLOTS", braces(eeprom["configuration"]["slots"]))
     yield ""
@@ -360,7 +361,7 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
         yield define(f"BOARD_COMMAND_{name.upper()}", hexadecimal(command["type"], 2))
     for group in (
         *("status", "board_state", "configuration_origin", "data_flags", "reset_cause"),
-        "adc_error",
+        *("adc_error", "identity_state"),
         *("drive_state", "drive_trip", "drive_action"),
     ):
         for name, value in board[group].items():

@@ -42,6 +42,61 @@ static void identify_lies_on_the_wire_as_the_protocol_says(void **state)
     assert_memory_equal(data + 13, calibration_id, 4);
 }
 
+static void identify_tells_of_an_adc_that_came_later(void **state)
+{
+    struct whole_board *whole = *state;
+    for (int present = 0; present < 2; present++) {
+        whole->adc.absent = present == 0; // its supply is switched on after the board's
+        struct received_frame frame =
+            whole_board_request(whole, BOARD_COMMAND_IDENTIFY, 7, NULL, 0);
+        assert_int_equal(frame.payload[3 + 8], present ? 0x14 : 0);
+    }
+}
+
+static struct identity_response identity_of(struct whole_board *whole)
+{
+    struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_IDENTITY, 8, NULL, 0);
+    assert_int_equal(frame.length, 3 + IDENTITY_RESPONSE_SIZE);
+    struct identity_response response;
+    identity_response_unpack(&response, frame.payload + 3);
+    return response;
+}
+
+static uint8_t set_identity(struct whole_board *whole, uint32_t serial, uint32_t calibration_id)
+{
+    uint8_t arguments[SET_IDENTITY_ARGUMENTS_SIZE];
+    const struct set_identity_arguments numbers = {serial, calibration_id};
+    set_identity_arguments_pack(arguments, &numbers);
+    return status_of(whole, BOARD_COMMAND_SET_IDENTITY, arguments, sizeof arguments);
+}
+
+static void an_identity_is_stored_and_believed_with_its_checksum_only(void **state)
+{
+    struct whole_board *whole = *state;
+    assert_int_equal(set_identity(whole, 17, UINT32_MAX), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(set_identity(whole, UINT32_MAX, 3), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(set_identity(whole, 17, 3), BOARD_STATUS_OK);
+    board_init(&whole->board); // as after a reset
+    struct identity_response found = identity_of(whole);
+    assert_int_equal(found.state, BOARD_IDENTITY_STATE_VALID);
+    assert_int_equal(found.board_serial, 17);
+    assert_int_equal(found.calibration_id, 3);
+    hal_host.eeprom[BOARD_EEPROM_CALIBRATION_ID] ^= 0x10;
+    found = identity_of(whole);
+    assert_int_equal(found.state, BOARD_IDENTITY_STATE_DAMAGED);
+    assert_int_equal(found.calibration_id, 0x13);
+    struct received_frame frame = whole_board_request(whole, BOARD_COMMAND_IDENTIFY, 7, NULL, 0);
+    struct identify_response identified;
+    identify_response_unpack(&identified, frame.payload + 3);
+    assert_int_equal(identified.calibration_id, UINT32_MAX);
+    assert_int_equal(identified.board_serial, UINT32_MAX);
+    hal_host.eeprom_bytes_left = 2;
+    assert_int_equal(set_identity(whole, 1000000, 5), BOARD_STATUS_STORAGE_FAULT);
+    hal_host.eeprom_bytes_left = UINT32_MAX;
+    assert_int_equal(status_of(whole, BOARD_COMMAND_START, NULL, 0), BOARD_STATUS_OK);
+    assert_int_equal(set_identity(whole, 17, 3), BOARD_STATUS_NOT_IDLE);
+}
+
 static void the_request_id_is_echoed(void **state)
 {
     for (int id = 0; id < 256; id++) {
@@ -55,7 +110,7 @@ static void the_request_id_is_echoed(void **state)
 
 static void unknown_commands_are_answered_as_such(void **state)
 {
-    static const uint8_t unknown[] = {0x00, 0x0B, 0x10, 0x7F};
+    static const uint8_t unknown[] = {0x00, 0x0D, 0x10, 0x7F};
     for (size_t i = 0; i < sizeof unknown; i++) {
         struct received_frame frame = whole_board_request(*state, unknown[i], 9, NULL, 0);
         assert_int_equal(frame.length, 3);
@@ -74,6 +129,7 @@ static void a_wrong_length_is_refused(void **state)
         {BOARD_COMMAND_IDENTIFY, 0}, {BOARD_COMMAND_CONFIGURE, 17}, {BOARD_COMMAND_START, 0},
         {BOARD_COMMAND_STOP, 0},     {BOARD_COMMAND_SYNC, 0},       {BOARD_COMMAND_COUNTERS, 0},
         {BOARD_COMMAND_CONFIGURATION, 0}, {BOARD_COMMAND_SELF_TEST, 0}, {BOARD_COMMAND_RESET, 0},
+        {BOARD_COMMAND_IDENTITY, 0}, {BOARD_COMMAND_SET_IDENTITY, 8},
     };
     struct whole_board *whole = *state;
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
@@ -296,6 +352,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(identify_says_who_the_board_is),
         TEST(identify_lies_on_the_wire_as_the_protocol_says),
+        TEST(identify_tells_of_an_adc_that_came_later),
+        TEST(an_identity_is_stored_and_believed_with_its_checksum_only),
         TEST(the_request_id_is_echoed),
         TEST(unknown_commands_are_answered_as_such),
         TEST(a_wrong_length_is_refused),

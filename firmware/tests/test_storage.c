@@ -56,7 +56,50 @@ static void an_empty_eeprom_gives_the_default(void **state)
 {
     (void)state;
     expect(100, BOARD_CONFIGURATION_ORIGIN_DEFAULT_EMPTY);
-    assert_int_equal(storage_number(BOARD_EEPROM_BOARD_SERIAL), UINT32_MAX);
+    struct identity identity;
+    assert_int_equal(storage_identity(&identity), BOARD_IDENTITY_STATE_UNSET);
+    assert_int_equal(identity.board_serial, UINT32_MAX);
+}
+
+static void every_flipped_bit_of_an_identity_is_found(void **state)
+{
+    (void)state;
+    const struct identity numbers = {17, 3};
+    struct identity found;
+    assert_true(storage_save_identity(&numbers));
+    assert_int_equal(storage_identity(&found), BOARD_IDENTITY_STATE_VALID);
+    for (uint32_t bit = 0; bit < 80; bit++) {
+        hal_host.eeprom[bit / 8] ^= (uint8_t)(1u << bit % 8);
+        assert_int_equal(storage_identity(&found), BOARD_IDENTITY_STATE_DAMAGED);
+        hal_host.eeprom[bit / 8] ^= (uint8_t)(1u << bit % 8);
+    }
+}
+
+static void power_lost_while_an_identity_is_written_leaves_none_that_is_believed(void **state)
+{
+    for (uint32_t bytes = 0; bytes < 10; bytes++) {
+        erase(state);
+        const struct identity before = {0x01020304, 0x05060708}, after = {0x11121314, 0x15161718};
+        struct identity found;
+        assert_true(storage_save_identity(&before));
+        hal_host.eeprom_bytes_left = bytes;
+        assert_false(storage_save_identity(&after));
+        uint8_t state_of = storage_identity(&found);
+        assert_true(state_of == BOARD_IDENTITY_STATE_DAMAGED);
+    }
+}
+
+static void an_identity_of_the_old_layout_is_known_as_such(void **state)
+{
+    (void)state;
+    board_put_u32(hal_host.eeprom + BOARD_EEPROM_BOARD_SERIAL, 17);
+    board_put_u32(hal_host.eeprom + BOARD_EEPROM_CALIBRATION_ID, 3);
+    struct identity found;
+    assert_int_equal(storage_identity(&found), BOARD_IDENTITY_STATE_WITHOUT_CHECKSUM);
+    assert_int_equal(found.board_serial, 17);
+    assert_int_equal(found.calibration_id, 3);
+    assert_true(storage_save_identity(&found));
+    assert_int_equal(storage_identity(&found), BOARD_IDENTITY_STATE_VALID);
 }
 
 static void the_last_one_stored_is_found(void **state)
@@ -162,6 +205,10 @@ int main(void)
         cmocka_unit_test_setup(a_flipped_bit_is_never_believed, erase),
         cmocka_unit_test_setup(another_version_or_what_does_not_fit_is_not_taken, erase),
         cmocka_unit_test_setup(all_zeros_are_damaged, erase),
+        cmocka_unit_test_setup(every_flipped_bit_of_an_identity_is_found, erase),
+        cmocka_unit_test_setup(power_lost_while_an_identity_is_written_leaves_none_that_is_believed,
+                               erase),
+        cmocka_unit_test_setup(an_identity_of_the_old_layout_is_known_as_such, erase),
     };
     return cmocka_run_group_tests_name("storage", tests, NULL, NULL);
 }

@@ -26,6 +26,8 @@ struct whole_board *whole_board_new_at(uint64_t time)
     memset(hal_host.eeprom, 0xFF, sizeof hal_host.eeprom);
     board_put_u32(hal_host.eeprom + BOARD_EEPROM_BOARD_SERIAL, 0x01020304);
     board_put_u32(hal_host.eeprom + BOARD_EEPROM_CALIBRATION_ID, 0x0A0B0C0D);
+    board_put_u16(hal_host.eeprom + BOARD_EEPROM_IDENTITY_CHECKSUM,
+                  hal_crc16_ccitt(BOARD_WIRE_CRC16_INITIAL, hal_host.eeprom, 8));
     fake_ad7124_connect(&whole->adc);
     for (uint32_t i = 0; i < 16; i++)
         whole->adc.inputs[i] = 0x100000 + i;

@@ -43,6 +43,8 @@ static uint8_t answer_size(uint8_t command)
         return HEALTH_FRAME_SIZE;
     case BOARD_COMMAND_CONFIGURATION:
         return CONFIGURE_ARGUMENTS_SIZE;
+    case BOARD_COMMAND_IDENTITY:
+        return IDENTITY_RESPONSE_SIZE;
     case BOARD_COMMAND_DRIVE:
         return DRIVE_RESPONSE_SIZE;
     default:

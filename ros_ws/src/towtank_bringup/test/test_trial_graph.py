@@ -28,6 +28,7 @@ from towtank_bringup.graph import (
 from towtank_bringup.only_trial import DomainTaken, only_trial
 from towtank_bringup.plan import PlanError, plan_trial
 from towtank_bringup.processes import command_of
+from towtank_bringup.rigs import rig_path
 
 
 @pytest.fixture
@@ -68,6 +69,23 @@ def test_real_board_runs_the_same_measurement_without_the_virtual_tank(firmware,
     }
     board = next(item for item in real if item.full_name == "/measured/adc_board")
     assert board.parameters["port"] == str(port)
+
+
+def test_the_virtual_board_is_that_of_the_rigs_calibrations(firmware, tmp_path):
+    text = rig_path("nit_calicut_2012").read_text()
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(
+        text.replace("  sample_rate: 100 Hz\n", "  sample_rate: 100 Hz\n  calibration_id: 3\n")
+    )
+    planned = plan_trial(rig=str(rig), runtime=tmp_path, out=tmp_path / "o", any_calibration=True)
+    (board,) = (item for item in planned.graph if item.full_name == "virtual_board")
+    image = Path(board.command[board.command.index("--eeprom") + 1]).read_bytes()
+    assert len(image) == 4096 and image[4:8] == b"\x03\0\0\0"
+    (node,) = (item for item in planned.graph if item.full_name == "/measured/adc_board")
+    assert node.parameters["any_calibration"] is True
+    without = plan_trial(rig="nit_calicut_2012", runtime=tmp_path, out=tmp_path / "o").graph
+    (board,) = (item for item in without if item.full_name == "virtual_board")
+    assert "--eeprom" not in board.command
 
 
 def test_parameters_are_passed_as_yaml(firmware, tmp_path):

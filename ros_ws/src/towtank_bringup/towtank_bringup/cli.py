@@ -18,6 +18,7 @@ VERBS = {
     "sweep": "A study over the parameters of a rig.",
     "rig": "Work with rig files.",
     "doctor": "Look whether a connected board is well.",
+    "identity": "Tell or set a board's serial number and calibration id.",
     "crank": "Drive the crank of a running trial's board.",
     "calibrate": "Calibrate a sensor, guided or from readings.",
     "inertia": "Moment of inertia from a bifilar suspension.",

@@ -99,6 +99,7 @@ class TrialSettings:
 
     board_drives_crank: the board's node offers its drive for the crank; on the virtual tank the
     plant offers its own under the same name.
+    any_calibration: a board of another calibration than the rig's is taken, with a warning.
     """
 
     rig: Path
@@ -109,6 +110,7 @@ class TrialSettings:
     step_s: float = 0.005
     window_s: float = 10.0
     board_drives_crank: bool = True
+    any_calibration: bool = False
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,7 @@ class VirtualTankSettings:
     conversion_noise: standard deviation of one conversion at the ADC's input by channel, V: white
     noise of sensor, front end and converter together.
     sensor_faults: of sensors and wires, as towtank_sim.terminal_faults reads them.
+    eeprom: file that is the board's EEPROM; None for a blank one.
     """
 
     plant_rig: Path
@@ -133,6 +136,7 @@ class VirtualTankSettings:
     noise: str = "rig"
     seed: int = 1
     sensor_faults: str = ""
+    eeprom: Path | None = None
 
     @property
     def port(self) -> Path:
@@ -185,6 +189,7 @@ def measurement(settings: TrialSettings) -> Graph:
                 "port": str(settings.port),
                 "rate_hz": settings.rate_hz,
                 "drives_crank": settings.board_drives_crank,
+                "any_calibration": settings.any_calibration,
             },
             True,
             restarts=BOARD_RESTARTS,
@@ -214,6 +219,7 @@ def virtual_board(tank: VirtualTankSettings) -> Program:
             str(tank.seed),
             "--noise",
             ",".join(f"{volts:.3g}" for volts in tank.conversion_noise),
+            *(("--eeprom", str(tank.eeprom)) if tank.eeprom else ()),
         ),
         "ready",
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from towtank_daq.description import installed_description, load_description
+from towtank_daq.identity import eeprom_image
 from towtank_node.stamps import ros_minus_monotonic_ns
 from towtank_rig import Rig, load_rig
 from towtank_rig.conversion import crank_encoder
@@ -31,6 +32,7 @@ from towtank_bringup.rigs import rig_path
 from towtank_bringup.trial_directory import TrialDirectory
 
 MINIMUM_DURATION_S = 5.0
+EEPROM_BYTES = 4096
 
 
 class PlanError(ValueError):
@@ -100,6 +102,7 @@ def plan_trial(
     seed: int = 1,
     sensor_faults: str = "",
     clock_offset_ns: int | None = None,
+    any_calibration: bool = False,
 ) -> PlannedTrial:
     """Plan a trial. See `towtank trial --help` for the arguments.
 
@@ -133,6 +136,7 @@ def plan_trial(
         as_text(directory.path, runtime, "trial") / directory.bag.name,
         port or runtime / "board",
         board_drives_crank=port is not None,
+        any_calibration=any_calibration,
     )
     graph = measurement(settings)
     if port is None:
@@ -148,6 +152,7 @@ def plan_trial(
             noise=noise,
             seed=seed,
             sensor_faults=sensor_faults,
+            eeprom=board_eeprom(loaded, runtime),
         )
         graph = virtual_tank(settings, tank) + graph
     if clock_offset_ns is None:
@@ -170,6 +175,17 @@ def conversion_noise(rig: Rig) -> tuple[float, ...]:
         math.hypot(channel.noise_volts, channel.gain * terminal_noise.get(channel.name, 0.0))
         for channel in board.channels
     )
+
+
+def board_eeprom(rig: Rig, runtime: Path) -> Path | None:
+    """The EEPROM of a virtual board that a rig's calibrations are of; None if the rig takes any."""
+    calibration_id = rig.board.calibration_id
+    if calibration_id is None:
+        return None
+    image = eeprom_image(load_description(installed_description()), 0, calibration_id)
+    path = runtime / "eeprom"
+    path.write_bytes(image.ljust(EEPROM_BYTES, b"\xff"))
+    return path
 
 
 def firmware_folder() -> Path:

@@ -17,7 +17,7 @@ from towtank_sim.bench_socket import BenchSocket, BenchSocketError
 
 from towtank_bringup.environment import runtime_folder
 from towtank_bringup.graph import VirtualTankSettings, virtual_board
-from towtank_bringup.plan import conversion_noise, firmware_folder
+from towtank_bringup.plan import board_eeprom, conversion_noise, firmware_folder
 from towtank_bringup.processes import ProcessGroup
 
 _FRAME_S = 0.01
@@ -42,6 +42,7 @@ def virtual_station(rig: Rig, rig_file: Path, seed: int) -> Iterator[tuple[Path,
             carriage_cpr=rig.sensors.carriage_encoder.counts_per_revolution,
             conversion_noise=conversion_noise(rig),
             seed=seed,
+            eeprom=board_eeprom(rig, folder),
         )
         processes = ProcessGroup(folder / "logs")
         try:

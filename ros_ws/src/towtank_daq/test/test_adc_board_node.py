@@ -276,6 +276,21 @@ def test_port_that_is_no_serial_port(graph, tmp_path):
 
 
 @pytest.mark.timeout(60)
+@pytest.mark.parametrize("any_calibration", [False, True])
+def test_board_of_another_calibration(graph, virtual_board, tmp_path, any_calibration):
+    rig = tmp_path / "rig.yaml"
+    text = RIG.read_text().replace(
+        "  sample_rate: 100 Hz\n", "  sample_rate: 100 Hz\n  calibration_id: 3\n"
+    )
+    rig.write_text(text)
+    made = graph(tmp_path / "board", rig=rig, any_calibration=any_calibration)
+    if any_calibration:
+        assert made.node.trigger_configure() == SUCCESS
+    else:
+        assert "rig is for a board of calibration 3; the board has no serial" in refusal(made)
+
+
+@pytest.mark.timeout(60)
 def test_port_in_use(graph, virtual_board, tmp_path):
     holder = graph(tmp_path / "board")
     assert holder.node.trigger_configure() == SUCCESS

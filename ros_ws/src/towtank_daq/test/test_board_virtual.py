@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from towtank_daq.board import AdcBoard, BoardError
 from towtank_daq.configuration import Configuration, configuration_at
+from towtank_daq.identity import NO_NUMBER, StoredIdentity
 
 ROOT = Path(__file__).parents[4]
 ELF = ROOT / "build" / "firmware" / "towtank_board.elf"
@@ -137,6 +138,22 @@ def ten_seconds(request, vboard, protocol):
 def test_identity(ten_seconds, protocol):
     assert ten_seconds.identity.schema_hash == protocol.board.schema_hash
     assert ten_seconds.identity.adc_id >> 4 == 1  # the AD7124 family
+
+
+def test_identity_is_written_and_outlives_a_reset(vboard, protocol):
+    with vboard.VirtualBoard(ELF, seed=1) as board:
+        line = VirtualLine(vboard, board)
+        driver = AdcBoard(line, protocol, print, print, line.monotonic_ns)
+        board.run_until(20 * MS)
+        assert driver.connect().calibration_id == NO_NUMBER
+        assert driver.stored_identity().state == "unset"
+        with pytest.raises(BoardError, match="calibration id 4294967295: give one from 0"):
+            driver.store_identity(17, NO_NUMBER)
+        driver.store_identity(17, 3)
+        driver.reset()
+        identity = driver.connect()
+        assert (identity.board_serial, identity.calibration_id) == (17, 3)
+        assert driver.stored_identity() == StoredIdentity("valid", 17, 3)
 
 
 def test_every_scan_is_there_and_good(ten_seconds):

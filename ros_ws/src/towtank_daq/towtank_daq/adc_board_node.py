@@ -41,6 +41,7 @@ from towtank_daq.description import (
     installed_description,
     load_description,
 )
+from towtank_daq.identity import calibration_mismatch, number_text
 from towtank_daq.protocol import Protocol, ProtocolError
 from towtank_daq.serial_port import SerialPort
 
@@ -71,6 +72,12 @@ class AdcBoardNode(ManagedNode):
                 ),
                 Parameter("rig", str, "path of the rig file"),
                 Parameter(
+                    "any_calibration",
+                    bool,
+                    "whether a board of another calibration than the rig's is taken",
+                    False,
+                ),
+                Parameter(
                     "patience_s",
                     float,
                     "how long a run waits for a port or a board that has gone, s",
@@ -87,7 +94,8 @@ class AdcBoardNode(ManagedNode):
             ],
         )
         _check_channels(parameters.rig, board)
-        crank = crank_encoder(load_rig(parameters.rig))
+        rig = load_rig(parameters.rig)
+        crank = crank_encoder(rig)
         counts = round(math.copysign(crank.counts_per_revolution, crank.per_count))
         self._drive = CrankDrive(counts, self._on_warning)
         self._trial_clock = TrialClock(self)
@@ -96,6 +104,8 @@ class AdcBoardNode(ManagedNode):
             if parameters.drives_crank
             else None
         )
+        self._calibration_id = rig.board.calibration_id
+        self._any_calibration = parameters.any_calibration
         self._protocol = Protocol(board)
         self._port_path = parameters.port
         self._patience_s = parameters.patience_s
@@ -135,14 +145,15 @@ class AdcBoardNode(ManagedNode):
                 self._driver.use(self._port)
             self._board = self._driver
             identity = self._board.connect()
+            self._check_calibration()
             self._board.configure(self._configuration)
         except _FAILURES as error:
             self._fail(str(error))
             return TransitionCallbackReturn.FAILURE
         version = ".".join(map(str, identity.firmware_version))
         self.get_logger().info(
-            f"board {identity.board_serial:08x} on {self._port_path}: firmware {version}, "
-            f"calibration {identity.calibration_id:08x}"
+            f"board {number_text(identity.board_serial)} on {self._port_path}: firmware {version}, "
+            f"calibration {number_text(identity.calibration_id)}"
         )
         return super().on_configure(state)
 
@@ -249,6 +260,14 @@ class AdcBoardNode(ManagedNode):
             self.drive_node.attend(drive)
 
     # -- the rest
+
+    def _check_calibration(self) -> None:
+        """Refuse a board that the rig's calibrations are not of, or warn of it."""
+        mismatch = calibration_mismatch(self._board.stored_identity(), self._calibration_id)
+        if mismatch and not self._any_calibration:
+            raise BoardError(mismatch)
+        if mismatch:
+            self._on_warning(mismatch)
 
     def _watch_host_clock(self) -> float:
         """How far the host's clock has stepped in the run, s; a step is told once."""

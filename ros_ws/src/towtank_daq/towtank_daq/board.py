@@ -42,6 +42,7 @@ from towtank_daq.configuration import (
     configuration_of,
 )
 from towtank_daq.framing import FrameCounters, FrameReader
+from towtank_daq.identity import StoredIdentity
 from towtank_daq.protocol import (
     Answer,
     BootRecord,
@@ -308,6 +309,25 @@ class AdcBoard:
     def counters(self) -> HealthRecord:
         """The board's counters as they stand now."""
         return self._command("counters")
+
+    def stored_identity(self) -> StoredIdentity:
+        """What the board has stored of itself, read now."""
+        record = self._command("identity")
+        return StoredIdentity(
+            _name(self._board.identity_state, record.state),
+            record.board_serial,
+            record.calibration_id,
+        )
+
+    def store_identity(self, board_serial: int, calibration_id: int) -> None:
+        """Give the idle board a serial number and a calibration id, each below 2^32 - 1, for good.
+
+        Raises BoardError, also where its EEPROM does not hold them.
+        """
+        for name, number in (("serial number", board_serial), ("calibration id", calibration_id)):
+            if not 0 <= number < 2**32 - 1:
+                raise BoardError(f"{name} {number}: give one from 0 to {2**32 - 2}")
+        self._command("set_identity", board_serial=board_serial, calibration_id=calibration_id)
 
     def self_test(self) -> SelfTest:
         """Let the idle board measure itself (0.3 s), and judge what it found."""

@@ -96,7 +96,18 @@ class _Drive(BaseModel):
     command_timeout_s: float = Field(gt=0)
 
 
+class _Eeprom(BaseModel):
+    board_serial: int
+    calibration_id: int
+    identity_checksum: int
+
+
+class _Crc(BaseModel):
+    initial: int
+
+
 class _Wire(BaseModel):
+    crc16: _Crc
     baud: int = Field(gt=0)
     maximum_payload: int = Field(gt=0, le=252)
     response_bit: int
@@ -124,6 +135,7 @@ class BoardDescription(BaseModel):
     channels: list[_Input] = Field(min_length=1, max_length=8)
     self_test: _SelfTest
     drive: _Drive
+    eeprom: _Eeprom
     wire: _Wire
     status: dict[str, int]
     board_state: dict[str, int]
@@ -133,6 +145,7 @@ class BoardDescription(BaseModel):
     drive_action: dict[str, int]
     data_flags: dict[str, int]
     adc_error: dict[str, int]
+    identity_state: dict[str, int]
     reset_cause: dict[str, int]
     stream: dict[str, _Frame]
     commands: dict[str, _Command]

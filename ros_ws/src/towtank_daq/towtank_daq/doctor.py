@@ -20,6 +20,7 @@ from towtank_daq.board import AdcBoard, BoardError, Scan
 from towtank_daq.clock import SLOPE_TOLERANCE
 from towtank_daq.configuration import configuration_at
 from towtank_daq.description import BoardDescription
+from towtank_daq.identity import StoredIdentity, calibration_mismatch, number_text
 from towtank_daq.self_test import Check
 from towtank_daq.sensor_health import (
     accelerometer_limits,
@@ -100,13 +101,17 @@ def examine(
     identity = board.connect()
     board.configure(configuration_at(description, round(rig.board.sample_rate.value)))
     facts = {
-        "board": f"{identity.board_serial:08x}",
+        "board": number_text(identity.board_serial),
         "firmware": ".".join(map(str, identity.firmware_version)),
         "schema": f"{identity.schema_hash:08x}",
         "ADC": f"{identity.adc_id:#04x}",
-        "calibration id": f"{identity.calibration_id:08x}",
+        "calibration id": number_text(identity.calibration_id),
     }
-    checks = {"self-test": board.self_test().checks}
+    left: list[NotChecked] = []
+    checks = {
+        "identity": tuple(_identity(board.stored_identity(), rig, left)),
+        "self-test": board.self_test().checks,
+    }
     before = board.counters()
     scans.clear()
     try:
@@ -114,8 +119,8 @@ def examine(
         after = board.counters()
     except BoardError as error:
         checks["scans"] = (Check("stream", 0, "", 1, 1, str(error)),)
-        without = tuple(NotChecked(*what, "mend the stream first") for what in _TAKES_A_STREAM)
-        return Examination(facts, checks, without)
+        left += [NotChecked(*what, "mend the stream first") for what in _TAKES_A_STREAM]
+        return Examination(facts, checks, tuple(left))
     causes = [name for name, bit in description.reset_cause.items() if after.reset_cause & bit]
     facts["last reset"] = ", ".join(causes) or "not told (a bootloader clears it)"
     checks["scans"] = tuple(_scans(board))
@@ -138,7 +143,7 @@ def examine(
             "the firmware needs more memory than it has: report it",
         ),
     )
-    left = (NotChecked("encoders", s.name, s.wanted) for s in shafts if s.given is None)
+    left += [NotChecked("encoders", s.name, s.wanted) for s in shafts if s.given is None]
     return Examination(facts, checks, tuple(left))
 
 
@@ -151,6 +156,27 @@ def _stream(board: AdcBoard, seconds: float, passed: Passed) -> None:
     passed(seconds)
     board.poll(_SLICE_S)
     board.stop()
+
+
+def _identity(stored: StoredIdentity, rig: Rig, left: list[NotChecked]) -> Iterator[Check]:
+    """What the board says of itself, and whether it is the one that the rig is calibrated with."""
+    if stored.state != "unset":
+        yield Check(
+            "serial number and calibration id stored",
+            float(not stored.trouble),
+            "",
+            1,
+            1,
+            stored.trouble,
+        )
+    wanted = rig.board.calibration_id
+    if wanted is None:
+        left.append(
+            NotChecked("identity", "calibration of this board", "name it in board.calibration_id")
+        )
+    else:
+        mismatch = calibration_mismatch(stored, wanted)
+        yield Check("calibration of this board", float(not mismatch), "", 1, 1, mismatch)
 
 
 def _none(name: str, count: int, mend: str) -> Check:

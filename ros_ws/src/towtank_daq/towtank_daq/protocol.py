@@ -127,6 +127,20 @@ class Identity:
 
 
 @dataclass(frozen=True, slots=True)
+class IdentityRecord:
+    """Answer to `identity`: what is stored, whatever it is worth."""
+
+    state: int
+    board_serial: int
+    calibration_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class IdentityStored:
+    """Answer to `set_identity`."""
+
+
+@dataclass(frozen=True, slots=True)
 class Configured:
     """Answer to `configure`."""
 
@@ -201,6 +215,8 @@ class Response:
 StreamRecord = DataRecord | HealthRecord | BootRecord | DriveRecord
 Answer = (
     Identity
+    | IdentityRecord
+    | IdentityStored
     | Configured
     | ConfigurationRecord
     | Started
@@ -220,6 +236,8 @@ _STREAM_RECORDS: dict[str, type] = {
 }
 _ANSWERS: dict[str, type] = {
     "identify": Identity,
+    "identity": IdentityRecord,
+    "set_identity": IdentityStored,
     "configure": Configured,
     "start": Started,
     "stop": Stopped,

@@ -29,11 +29,16 @@ PressureSensorName = Literal["fish_pressure", "depressor_pressure"]
 
 
 class Board(Section):
-    """The ADC board as the rig uses it; ``channels`` are the names in scan order."""
+    """The ADC board as the rig uses it; ``channels`` are the names in scan order.
+
+    ``calibration_id`` is what the board has stored that the rig's calibrations were made with; None
+    where any board may be used. Another board's amplifiers differ by up to their gain's tolerance.
+    """
 
     sample_rate: Annotated[Quantity, SI("Hz", gt=0)]
     excitation: Annotated[Quantity, SI("V", gt=0)]
     channels: tuple[str, ...] = Field(min_length=1)
+    calibration_id: Annotated[int, Field(ge=0, lt=2**32 - 1)] | None = None
 
     @model_validator(mode="after")
     def _channels_differ(self) -> "Board":

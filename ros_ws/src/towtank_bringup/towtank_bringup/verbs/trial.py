@@ -49,6 +49,11 @@ from towtank_bringup.trial_directory import TrialDirectoryError
     help="Virtual tank: broken sensors and wires (open, short, stuck, noisy; excitation:low, high),"
     " s after the start.",
 )
+@click.option(
+    "--any-calibration",
+    is_flag=True,
+    help="Take a board of another calibration than the rig's, with a warning.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print result.json instead of the table.")
 def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
     """Record a trial, compute its heave ratios and write a report."""
