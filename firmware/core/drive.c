@@ -25,17 +25,29 @@ _Static_assert((uint64_t)BOARD_DRIVE_SPEED_MAXIMUM * INT16_MAX * ADVANCE_FACTOR 
 
 // The integral's angles are in 1/10240 revolution: 40 of them are 1/256.
 #define ANGLE_FACTOR 40
-// The lag at which the integral alone asks for the full duty: more would only have to be undone.
-#define LARGEST_ANGLE (FULL_DUTY * 256 / BOARD_DRIVE_INTEGRAL_Q8)
 
-static int32_t crank_count(const struct drive *drive)
+// Without power: until its current has faded, and the speed is measured over the time after that.
+#define FADING_STEPS (BOARD_DRIVE_WINDOW_STEPS + 1u)
+
+// The least that counts as movement: one dead track lets the count go to and fro by one.
+#define LEAST_MOVEMENT 2
+
+struct crank {
+    int32_t count; // rising when the crank turns forward
+    uint8_t edges;
+};
+
+static struct crank read_crank(const struct drive *drive)
 {
     struct hal_encoders encoders;
     uint8_t state = hal_lock();
     hal_encoders_read(&encoders);
     hal_unlock(state);
-    // Unsigned, for a count may pass its end
-    return drive->backwards ? (int32_t)(0u - (uint32_t)encoders.crank) : encoders.crank;
+    return (struct crank){
+        // Unsigned, for a count may pass its end
+        .count = drive->backwards ? (int32_t)(0u - (uint32_t)encoders.crank) : encoders.crank,
+        .edges = encoders.crank_edges,
+    };
 }
 
 static int32_t difference(int32_t later, int32_t earlier)
@@ -54,8 +66,22 @@ static void enter(struct drive *drive, uint8_t state)
     drive->news = true;
 }
 
+bool drive_turns(const struct drive *drive)
+{
+    return drive->state == BOARD_DRIVE_STATE_RUNNING || drive->state == BOARD_DRIVE_STATE_STOPPING;
+}
+
+static uint16_t magnitude(int16_t speed)
+{
+    return (uint16_t)(speed < 0 ? -(int32_t)speed : speed);
+}
+
 static void power_off(struct drive *drive)
 {
+    if (drive_turns(drive)) {
+        drive->coast = drive->setpoint;
+        drive->steps_to_fade = FADING_STEPS;
+    }
     drive->duty = 0;
     drive->setpoint = 0;
     drive->target = 0;
@@ -75,38 +101,52 @@ void drive_init(struct drive *drive, uint32_t now)
     power_off(drive);
 }
 
-bool drive_turns(const struct drive *drive)
-{
-    return drive->state == BOARD_DRIVE_STATE_RUNNING || drive->state == BOARD_DRIVE_STATE_STOPPING;
-}
-
 // ---- what the host asks for
+
+// From here on the crank has to move.
+static void await_movement(struct drive *drive, struct crank crank, uint32_t now)
+{
+    drive->mark = crank.count;
+    drive->mark_speed = 0;
+    drive->edges = 0;
+    drive->moved = false;
+    drive->last_movement = now;
+    drive->last_reserve = now;
+}
 
 static void begin(struct drive *drive, uint32_t now)
 {
-    int32_t count = crank_count(drive);
+    struct crank crank = read_crank(drive);
     for (uint8_t i = 0; i < BOARD_DRIVE_WINDOW_STEPS; i++) {
-        drive->counts[i] = count;
+        drive->counts[i] = crank.count;
         drive->times[i] = now;
     }
-    drive->last_count = count;
-    drive->mark = count;
-    drive->moved = false;
+    drive->last_count = crank.count;
+    drive->last_edges = crank.edges;
     drive->speed = 0;
+    drive->keeps_on = false;
     drive->remainder = 0;
     drive->lag = 0;
     drive->last_step = now;
-    drive->last_movement = now;
+    await_movement(drive, crank, now);
+}
+
+// A stop is called off: on along the ramp from the speed that the crank has, if any.
+static void resume(struct drive *drive, uint32_t now)
+{
+    uint16_t speed = drive->speed > 0 ? (uint16_t)drive->speed : 0;
+    drive->setpoint = speed < drive->setpoint ? speed : drive->setpoint;
+    await_movement(drive, read_crank(drive), now);
 }
 
 static uint8_t run(struct drive *drive, const struct drive_arguments *request, uint32_t now)
 {
     int16_t counts = request->counts_per_revolution;
-    uint16_t magnitude = (uint16_t)(counts < 0 ? -(int32_t)counts : counts);
+    uint16_t revolution = magnitude(counts);
     if (request->speed < BOARD_DRIVE_SPEED_MINIMUM || request->speed > BOARD_DRIVE_SPEED_MAXIMUM ||
-        magnitude < BOARD_DRIVE_MOVEMENT_PARTS || magnitude > INT16_MAX)
+        revolution < BOARD_DRIVE_MOVEMENT_PARTS || revolution > INT16_MAX)
         return BOARD_STATUS_BAD_ARGUMENT;
-    if (drive_turns(drive) && (magnitude != drive->counts_per_revolution ||
+    if (drive_turns(drive) && (revolution != drive->counts_per_revolution ||
                                (counts < 0) != drive->backwards))
         return BOARD_STATUS_BAD_ARGUMENT; // of another encoder, in the middle of a run
     if (drive->trip == BOARD_DRIVE_TRIP_NONE && !hal_emergency_stop_closed())
@@ -114,9 +154,11 @@ static uint8_t run(struct drive *drive, const struct drive_arguments *request, u
     if (drive->trip != BOARD_DRIVE_TRIP_NONE)
         return BOARD_STATUS_DRIVE_TRIPPED;
     if (!drive_turns(drive)) {
-        drive->counts_per_revolution = magnitude;
+        drive->counts_per_revolution = revolution;
         drive->backwards = counts < 0;
         begin(drive, now);
+    } else if (drive->state == BOARD_DRIVE_STATE_STOPPING) {
+        resume(drive, now);
     }
     drive->target = request->speed;
     drive->last_command = now;
@@ -147,7 +189,8 @@ static void stop_softly(struct drive *drive)
 
 static uint8_t clear_trip(struct drive *drive)
 {
-    if (drive_turns(drive) || (drive->trip != BOARD_DRIVE_TRIP_NONE && !hal_emergency_stop_closed()))
+    if (drive_turns(drive) || (drive->trip != BOARD_DRIVE_TRIP_NONE && !hal_emergency_stop_closed()) ||
+        (drive->trip == BOARD_DRIVE_TRIP_RUNAWAY && magnitude(drive->speed) > BOARD_DRIVE_REST))
         return BOARD_STATUS_DRIVE_TRIPPED;
     drive->trip = BOARD_DRIVE_TRIP_NONE;
     if (drive->state != BOARD_DRIVE_STATE_STOPPED)
@@ -185,101 +228,163 @@ static void follow_ramp(struct drive *drive)
     drive->setpoint = (uint16_t)(drive->setpoint + step);
 }
 
+// What the measured speed warrants: a motor whose encoder tells of no movement, or of too little, gets no more
+// than that takes. In a stop it rises only as the tow's weight comes and goes.
+static int32_t duty_ceiling(const struct drive *drive)
+{
+    int32_t speed = drive->keeps_on ? drive->speed : 0;
+    int32_t ceiling = (int32_t)BOARD_DRIVE_CEILING_STANDING + speed * BOARD_DRIVE_CEILING_SLOPE_Q8 / 256;
+    int32_t highest = drive->state == BOARD_DRIVE_STATE_STOPPING
+                          ? drive->duty + (int32_t)BOARD_DRIVE_STOP_RISE_A_STEP
+                          : FULL_DUTY;
+    highest = highest < FULL_DUTY ? highest : FULL_DUTY;
+    return ceiling < highest ? ceiling : highest;
+}
+
 // Moves the reference on by a step and the crank by what it has turned. The lag is the speed's exact
-// integral: its steps lose nothing, so that the mean speed is the setpoint to a count.
-static void follow_reference(struct drive *drive, int32_t turned)
+// integral: its steps lose nothing, so that the mean speed is the setpoint to a count. It ends where the
+// integral alone asks for the ceiling: more would only have to be undone. Returns it as an angle.
+static int32_t follow_reference(struct drive *drive, int32_t turned, int32_t ceiling)
 {
     uint32_t advance = (uint32_t)drive->setpoint * drive->counts_per_revolution * ADVANCE_FACTOR +
                        drive->remainder;
     drive->remainder = (uint16_t)(advance % ADVANCE_DIVISOR);
     int32_t lag = drive->lag + (int32_t)(advance / ADVANCE_DIVISOR) - turned * 256;
-    int32_t largest = (int32_t)drive->counts_per_revolution * LARGEST_ANGLE / ANGLE_FACTOR;
-    drive->lag = lag < 0 ? 0 : lag > largest ? largest : lag;
+    drive->lag = lag < 0 ? 0 : lag;
+    int32_t angle = drive->lag * ANGLE_FACTOR / drive->counts_per_revolution;
+    if (angle * BOARD_DRIVE_INTEGRAL_Q8 > ceiling * 256) {
+        angle = ceiling * 256 / BOARD_DRIVE_INTEGRAL_Q8;
+        drive->lag = (int32_t)drive->counts_per_revolution * angle / ANGLE_FACTOR;
+    }
+    return angle;
 }
 
-static void control(struct drive *drive)
+static void control(struct drive *drive, int32_t turned, uint32_t now)
 {
-    int32_t angle = drive->lag * ANGLE_FACTOR / drive->counts_per_revolution;
+    int32_t ceiling = duty_ceiling(drive);
+    int32_t angle = follow_reference(drive, turned, ceiling);
     int32_t error = (int32_t)drive->setpoint - drive->speed;
     int32_t duty = (error * BOARD_DRIVE_PROPORTIONAL_Q8 + angle * BOARD_DRIVE_INTEGRAL_Q8) / 256;
-    drive->duty = (uint16_t)(duty < 0 ? 0 : duty > FULL_DUTY ? FULL_DUTY : duty);
+    if (duty < ceiling)
+        drive->last_reserve = now;
+    drive->duty = (uint16_t)(duty < 0 ? 0 : duty > ceiling ? ceiling : duty);
     hal_drive_on(drive->duty);
 }
 
 // By the time that has passed, for a step may come late: the scan goes before. Returns what the crank
 // has turned since the step before.
-static int32_t measure_speed(struct drive *drive, int32_t count, uint32_t now)
+static int32_t measure_speed(struct drive *drive, struct crank crank, uint32_t now)
 {
-    int32_t step = difference(count, drive->last_count);
-    drive->last_count = count;
-    int32_t turned = difference(count, drive->counts[drive->oldest]);
+    int32_t step = difference(crank.count, drive->last_count);
+    drive->last_count = crank.count;
+    drive->edges = (uint16_t)(drive->edges + (uint8_t)(crank.edges - drive->last_edges));
+    drive->last_edges = crank.edges;
+    int32_t turned = difference(crank.count, drive->counts[drive->oldest]);
     int32_t passed = (int32_t)((now - drive->times[drive->oldest]) >> TIME_SHIFT);
-    drive->counts[drive->oldest] = count;
+    drive->counts[drive->oldest] = crank.count;
     drive->times[drive->oldest] = now;
     drive->oldest = place_after(drive->oldest);
     int32_t largest = drive->counts_per_revolution; // ten times the fastest speed
     turned = turned > largest ? largest : turned < -largest ? -largest : turned;
+    // A quarter: a step may be short, one count is much of a slow one, and the tow's weight slows the crank
+    drive->keeps_on = step > 0 && step * 4 * (int32_t)BOARD_DRIVE_WINDOW_STEPS > turned;
     int32_t speed = turned * REVOLUTION / drive->counts_per_revolution * TWICE_SPEED / (2 * passed);
     drive->speed = (int16_t)(speed > INT16_MAX ? INT16_MAX : speed < -INT16_MAX ? -INT16_MAX : speed);
     return step;
 }
 
-// How long a crank may stand: a silent encoder must not let the motor run away, which takes it the less
-// time the faster it turns.
-static uint32_t stall_patience(const struct drive *drive)
+// Whether it has stood for too long: a silent encoder must not let the motor run away, which takes it the
+// less time the faster it turns.
+static bool stands(const struct drive *drive, uint32_t now)
 {
+    const uint32_t part = BOARD_TICK_HZ / BOARD_DRIVE_STALL_PARTS * 6000u; // of a revolution, at 0.01 rpm
+    uint32_t passed = now - drive->last_movement;
     if (!drive->moved)
-        return BOARD_DRIVE_START_TICKS;
-    uint32_t part = BOARD_TICK_HZ / BOARD_DRIVE_STALL_PARTS * 6000u;
-    uint32_t longest = part / BOARD_DRIVE_STALL_TICKS;
-    return drive->setpoint > longest ? part / drive->setpoint : BOARD_DRIVE_STALL_TICKS;
+        return passed > BOARD_DRIVE_START_TICKS;
+    return passed > BOARD_DRIVE_STALL_TICKS ||
+           (passed >> TIME_SHIFT) * drive->setpoint > part >> TIME_SHIFT;
 }
 
-// The trip that the crank's movement calls for.
-static uint8_t judge(struct drive *drive, int32_t count, uint32_t now)
+static void note_movement(struct drive *drive, struct crank crank, uint32_t now)
 {
-    int32_t moved = difference(count, drive->mark);
-    if (moved >= drive->counts_per_revolution / (int32_t)BOARD_DRIVE_MOVEMENT_PARTS) {
-        drive->mark = count;
-        drive->moved = true;
-        drive->last_movement = now;
-    }
-    if (moved <= -(drive->counts_per_revolution / (int32_t)BOARD_DRIVE_REVERSE_PARTS))
+    int32_t least = drive->counts_per_revolution / (int32_t)BOARD_DRIVE_MOVEMENT_PARTS;
+    if (difference(crank.count, drive->mark) < (least > LEAST_MOVEMENT ? least : LEAST_MOVEMENT))
+        return;
+    drive->mark = crank.count;
+    drive->mark_speed = drive->speed;
+    drive->edges = 0;
+    drive->moved = true;
+    drive->last_movement = now;
+}
+
+// The trip that the crank's movement calls for, in any state in which the motor may have power.
+static uint8_t judge(const struct drive *drive, struct crank crank, uint32_t now)
+{
+    int32_t turned = difference(crank.count, drive->mark);
+    if (turned <= -(drive->counts_per_revolution / (int32_t)BOARD_DRIVE_REVERSE_PARTS) ||
+        drive->edges >= drive->counts_per_revolution / BOARD_DRIVE_EDGE_PARTS)
         return BOARD_DRIVE_TRIP_ENCODER;
     if (drive->speed > (int32_t)drive->setpoint + (int32_t)BOARD_DRIVE_OVERSPEED)
         return BOARD_DRIVE_TRIP_OVERSPEED;
-    // A crank that comes to rest before the end of its soft stop has done what it should.
-    if (drive->state == BOARD_DRIVE_STATE_RUNNING &&
-        now - drive->last_movement > stall_patience(drive))
+    if (stands(drive, now))
         return BOARD_DRIVE_TRIP_STALL;
+    if (drive->state == BOARD_DRIVE_STATE_RUNNING && drive->moved &&
+        now - drive->last_reserve > BOARD_DRIVE_OVERLOAD_TICKS)
+        return BOARD_DRIVE_TRIP_OVERLOAD;
     return BOARD_DRIVE_TRIP_NONE;
+}
+
+static void end_stop(struct drive *drive)
+{
+    power_off(drive);
+    enter(drive, drive->trip == BOARD_DRIVE_TRIP_NONE ? BOARD_DRIVE_STATE_STOPPED
+                                                      : BOARD_DRIVE_STATE_TRIPPED);
+}
+
+// A crank without power loses speed faster than along the ramp, once what the motor gave it last has been
+// measured.
+static void watch_rest(struct drive *drive)
+{
+    uint16_t speed = magnitude(drive->speed);
+    uint16_t step = drive->coast < BOARD_DRIVE_RAMP_A_STEP ? drive->coast : BOARD_DRIVE_RAMP_A_STEP;
+    drive->coast = (uint16_t)(drive->coast - step);
+    if (drive->steps_to_fade > 0) {
+        drive->steps_to_fade--;
+        drive->coast = speed > drive->coast ? speed : drive->coast;
+    } else if (drive->trip != BOARD_DRIVE_TRIP_RUNAWAY &&
+               speed > (uint32_t)drive->coast + BOARD_DRIVE_REST) {
+        trip(drive, BOARD_DRIVE_TRIP_RUNAWAY);
+    }
 }
 
 static void control_step(struct drive *drive, uint32_t now)
 {
-    int32_t count = crank_count(drive);
-    int32_t turned = measure_speed(drive, count, now);
-    if (!drive_turns(drive))
+    struct crank crank = read_crank(drive);
+    int32_t turned = measure_speed(drive, crank, now);
+    if (!drive_turns(drive)) {
+        watch_rest(drive);
         return;
+    }
     if (drive->state == BOARD_DRIVE_STATE_RUNNING &&
         now - drive->last_command > BOARD_DRIVE_COMMAND_TIMEOUT_TICKS) {
         drive->trip = BOARD_DRIVE_TRIP_HOST_SILENCE;
         stop_softly(drive);
     }
-    uint8_t cause = judge(drive, count, now);
-    if (cause != BOARD_DRIVE_TRIP_NONE) {
+    note_movement(drive, crank, now);
+    uint8_t cause = judge(drive, crank, now);
+    // Its duty never raised, a crank may come to rest before the end of a soft stop, but not from one step
+    // to the next.
+    bool rests = drive->state == BOARD_DRIVE_STATE_STOPPING && cause == BOARD_DRIVE_TRIP_STALL &&
+                 drive->mark_speed <= (int16_t)BOARD_DRIVE_ABRUPT;
+    if (cause != BOARD_DRIVE_TRIP_NONE && !rests) {
         trip(drive, cause);
         return;
     }
     follow_ramp(drive);
-    if (drive->setpoint == 0 && drive->target == 0) {
-        power_off(drive);
-        enter(drive, drive->trip == BOARD_DRIVE_TRIP_NONE ? BOARD_DRIVE_STATE_STOPPED
-                                                          : BOARD_DRIVE_STATE_TRIPPED);
-        return;
-    }
-    follow_reference(drive, turned);
-    control(drive);
+    if (rests || (drive->setpoint == 0 && drive->target == 0))
+        end_stop(drive);
+    else
+        control(drive, turned, now);
 }
 
 static void send(struct drive *drive, struct transmitter *transmitter, uint32_t now)
@@ -309,8 +414,8 @@ void drive_watch(struct drive *drive)
 
 void drive_poll(struct drive *drive, struct transmitter *transmitter, uint32_t now)
 {
-    uint32_t frame_ticks = drive_turns(drive) ? BOARD_DRIVE_FRAME_MOVING_TICKS
-                                              : BOARD_DRIVE_FRAME_STANDING_TICKS;
+    bool turns = drive_turns(drive) || drive->trip == BOARD_DRIVE_TRIP_RUNAWAY;
+    uint32_t frame_ticks = turns ? BOARD_DRIVE_FRAME_MOVING_TICKS : BOARD_DRIVE_FRAME_STANDING_TICKS;
     bool has_run = drive->counts_per_revolution != 0; // also at rest: a tow may turn the crank
     if (has_run && now - drive->last_step >= STEP_TICKS) {
         // By whole steps, so that the reference keeps the board's time. A main loop that was held up

@@ -10,6 +10,7 @@
 struct quadrature {
     uint8_t state;          // levels seen last: A in bit 0, B in bit 1
     int32_t count;
+    uint8_t edges;          // of either direction; passes its end
     uint32_t illegal_steps; // both channels changed at once: direction unknown, not counted
 };
 
@@ -25,6 +26,7 @@ static inline void quadrature_step(struct quadrature *encoder, uint8_t levels)
     };
     int8_t step = steps[(uint8_t)(encoder->state << 2 | levels)];
     encoder->state = levels;
+    encoder->edges++;
     if (step == ILLEGAL)
         encoder->illegal_steps++;
     else

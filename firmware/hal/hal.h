@@ -56,6 +56,7 @@ struct hal_encoders {
     int32_t crank;
     int32_t carriage;
     uint32_t illegal_steps; // of both together
+    uint8_t crank_edges;    // of either direction: one dead track lets the count go to and fro
 };
 
 // Called in interrupt context or locked.
@@ -64,7 +65,8 @@ void hal_encoders_read(struct hal_encoders *encoders);
 // ---- the crank's drive: PWM and enable line of its driver, off until told otherwise
 
 // From on to off an interrupt looks at the emergency-stop loop: within a period of the PWM it takes the
-// enable line away, until hal_drive_off.
+// enable line away, until hal_drive_off. So it does, until the next hal_drive_on, when that has not come for
+// BOARD_DRIVE_ALIVE_PERIODS of the PWM: the main loop is stuck.
 void hal_drive_on(uint16_t duty); // 0.01 %, at most 10000
 void hal_drive_off(void);
 // Whether the emergency-stop loop is closed, and has been since hal_drive_off; a broken wire reads as

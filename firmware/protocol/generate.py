@@ -176,6 +176,10 @@ def check_consistency(board: dict[str, Any]) -> None:
     check(steps == 0, "drive.control_hz: does not divide tick_hz")
     ramp = 100 * drive["ramp_rpm_per_s"]
     check(ramp >= drive["control_hz"], "drive.ramp_rpm_per_s: less than 0.01 rpm a control step")
+    standing = drive["ceiling_duty"]["standing"]
+    check(0.0 < standing <= 1.0, "drive.ceiling_duty.standing: not within 0 and 1")
+    alive = drive["alive_s"] * drive["control_hz"]
+    check(alive >= 2.0, "drive.alive_s: shorter than two control steps")
 
 
 def drive_lines(drive: dict[str, Any], tick_hz: int) -> Iterator[str]:
@@ -198,14 +202,24 @@ def drive_lines(drive: dict[str, Any], tick_hz: int) -> Iterator[str]:
     for name, value in gains.items():
         yield define(f"BOARD_DRIVE_{name}", round(value))
     yield define("BOARD_DRIVE_PWM_HZ", f"{drive['pwm_hz']}u")
-    yield define("BOARD_DRIVE_OVERSPEED", f"{100 * drive['overspeed_rpm']}u")
+    ceiling = drive["ceiling_duty"]
+    yield define("BOARD_DRIVE_CEILING_STANDING", f"{round(10_000 * ceiling['standing'])}u")
+    yield define("BOARD_DRIVE_CEILING_SLOPE_Q8", round(256 * 100 * ceiling["per_rpm"]))
+    rise = round(10_000 * drive["stop_rise_per_s"] / drive["control_hz"])
+    yield define("BOARD_DRIVE_STOP_RISE_A_STEP", f"{rise}u")
+    for name in ("overspeed", "abrupt", "rest"):
+        yield define(f"BOARD_DRIVE_{name.upper()}", f"{100 * drive[f'{name}_rpm']}u")
     yield define("BOARD_DRIVE_STALL_PARTS", f"{drive['stall_parts']}u")
     yield define("BOARD_DRIVE_MOVEMENT_PARTS", f"{drive['movement_parts']}u")
     yield define("BOARD_DRIVE_REVERSE_PARTS", f"{drive['reverse_parts']}u")
+    yield define("BOARD_DRIVE_EDGE_PARTS", f"{drive['edge_parts']}u")
+    periods = round(drive["alive_s"] * drive["pwm_hz"])
+    yield define("BOARD_DRIVE_ALIVE_PERIODS", f"{periods}u")
     times = {
         "COMMAND_TIMEOUT": drive["command_timeout_s"],
         "START": drive["start_s"],
         "STALL": drive["stall_s"],
+        "OVERLOAD": drive["overload_s"],
         "FRAME_MOVING": drive["frame_s"]["moving"],
         "FRAME_STANDING": drive["frame_s"]["standing"],
     }

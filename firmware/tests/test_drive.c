@@ -20,8 +20,11 @@ struct shaft {
     double time_constant_s;
     int direction;       // of the counts
     bool blocked;
+    bool silent;         // the encoder
+    bool one_track;      // of it alone changes: the count goes to and fro by one
+    bool driver_shorted;
     double rpm, counts;
-    int32_t start;
+    int32_t position; // of the encoder
 };
 
 static void set_up_at(struct shaft *shaft, int32_t start)
@@ -29,7 +32,7 @@ static void set_up_at(struct shaft *shaft, int32_t start)
     memset(&hal_host, 0, sizeof hal_host);
     hal_host.tx_space = 255;
     *shaft = (struct shaft){.fastest_rpm = 200, .duty_to_move = 0.1, .time_constant_s = 0.4,
-                            .direction = 1, .start = start};
+                            .direction = 1};
     hal_host.encoders.crank = start;
     drive_init(&shaft->drive, (uint32_t)hal_host.time);
 }
@@ -47,17 +50,34 @@ static int tear_down(void **state)
     return 0;
 }
 
+static void turn_encoder(struct shaft *shaft)
+{
+    int32_t position = (int32_t)(shaft->direction * shaft->counts);
+    int32_t turned = position - shaft->position;
+    int32_t of_one_track = position / 2 - shaft->position / 2;
+    shaft->position = position;
+    if (shaft->silent)
+        return;
+    if (shaft->one_track) { // its edges are every second one
+        turned = abs(of_one_track);
+        for (int32_t i = 0; i < turned; i++)
+            hal_host.encoders.crank += hal_host.encoders.crank % 2 == 0 ? 1 : -1;
+    } else {
+        hal_host.encoders.crank = (int32_t)((uint32_t)hal_host.encoders.crank + (uint32_t)turned);
+    }
+    hal_host.encoders.crank_edges = (uint8_t)(hal_host.encoders.crank_edges + abs(turned));
+}
+
 static void pass_ms(struct shaft *shaft, int ms)
 {
     for (int i = 0; i < ms; i++) {
-        double duty = hal_host.drive_enabled ? hal_host.drive_duty * 1e-4 : 0.0;
+        double duty = shaft->driver_shorted ? 1.0 : hal_host.drive_enabled ? hal_host.drive_duty * 1e-4 : 0.0;
         double aim = duty > shaft->duty_to_move && !shaft->blocked
                          ? shaft->fastest_rpm * (duty - shaft->duty_to_move)
                          : 0.0;
         shaft->rpm = shaft->blocked ? 0.0 : shaft->rpm + (aim - shaft->rpm) * 1e-3 / shaft->time_constant_s;
         shaft->counts += shaft->rpm / 60e3 * COUNTS;
-        hal_host.encoders.crank =
-            (int32_t)((uint32_t)shaft->start + (uint32_t)(int32_t)(shaft->direction * shaft->counts));
+        turn_encoder(shaft);
         hal_host_advance(MS);
         drive_watch(&shaft->drive);
         drive_poll(&shaft->drive, &shaft->transmitter, (uint32_t)hal_host.time);
@@ -153,8 +173,9 @@ static void a_blocked_crank_trips(void **state)
 {
     struct shaft *shaft = *state;
     shaft->blocked = true;
-    run_ms(shaft, 1000, 1990);
+    run_ms(shaft, 1000, 990);
     assert_int_equal(shaft->drive.state, BOARD_DRIVE_STATE_RUNNING);
+    assert_int_equal(shaft->drive.duty, BOARD_DRIVE_CEILING_STANDING);
     pass_ms(shaft, 50);
     assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_STALL);
     assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_RUN, 1000), BOARD_STATUS_DRIVE_TRIPPED);
@@ -186,6 +207,175 @@ static void an_encoder_that_counts_the_other_way_trips(void **state)
     pass_ms(shaft, 950);
     assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_ENCODER);
     assert_true(shaft->counts < COUNTS / 4.0); // 1/32, and what it coasts
+}
+
+// The highest duty from now on until the motor is off, which it must be within so many ms.
+static int highest_duty_until_off(struct shaft *shaft, int ms)
+{
+    int highest = 0;
+    for (int i = 0; i < ms && hal_host.drive_enabled; i++) {
+        highest = hal_host.drive_duty > highest ? hal_host.drive_duty : highest;
+        pass_ms(shaft, 1);
+    }
+    assert_false(hal_host.drive_enabled);
+    return highest;
+}
+
+static void set_up_running(struct shaft *shaft, uint16_t speed, bool stopping)
+{
+    set_up_at(shaft, 0);
+    run_ms(shaft, speed, speed + 2000);
+    if (stopping) {
+        ask(shaft, BOARD_DRIVE_ACTION_STOP, 0);
+        pass_ms(shaft, 200);
+    }
+}
+
+// Stall: 1/16 revolution at the setpoint, half a second at most, and two control steps: it is seen in steps,
+// and so is the last movement.
+static int stall_ms(int speed)
+{
+    int part = 60000 * 100 / (int)BOARD_DRIVE_STALL_PARTS / speed;
+    return (part < 500 ? part : 500) + 2 * 1000 / (int)BOARD_DRIVE_CONTROL_HZ + 1;
+}
+
+static void an_encoder_that_goes_silent_raises_no_duty(void **state)
+{
+    struct shaft *shaft = *state;
+    for (int stopping = 0; stopping <= 1; stopping++)
+        for (uint16_t speed = 2000; speed <= 6000; speed = (uint16_t)(speed + 1000)) {
+            set_up_running(shaft, speed, stopping);
+            int before = hal_host.drive_duty, setpoint = shaft->drive.setpoint;
+            shaft->silent = true;
+            pass_ms(shaft, 1000 / BOARD_DRIVE_CONTROL_HZ + 1); // a step that has seen part of a movement
+            int highest = highest_duty_until_off(shaft, stall_ms(stopping ? setpoint - 100 : speed));
+            assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_STALL);
+            int most = BOARD_DRIVE_CEILING_STANDING;
+            assert_true(highest <= (before > most ? before : most) + (int)BOARD_DRIVE_STOP_RISE_A_STEP);
+        }
+}
+
+static void one_dead_track_trips(void **state)
+{
+    struct shaft *shaft = *state;
+    for (int stopping = 0; stopping <= 1; stopping++)
+        for (uint16_t speed = 2000; speed <= 6000; speed = (uint16_t)(speed + 1000)) {
+            set_up_running(shaft, speed, stopping);
+            shaft->one_track = true;
+            // 1/64 of the edges are 1/32 revolution on one track: before a stall
+            highest_duty_until_off(shaft, stall_ms(2 * shaft->drive.setpoint));
+            assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_ENCODER);
+        }
+    set_up_at(shaft, 0);
+    shaft->one_track = true;
+    assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_RUN, 3000), BOARD_STATUS_OK);
+    pass_ms(shaft, 21);
+    assert_true(highest_duty_until_off(shaft, 999) <= (int)BOARD_DRIVE_CEILING_STANDING);
+    assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_ENCODER);
+}
+
+// Of 512 counts, one is the 1/512 that counts as movement: one track alone gives it again and again.
+static void one_track_of_a_coarse_encoder_moves_nothing(void **state)
+{
+    struct shaft *shaft = *state;
+    shaft->silent = true;
+    struct drive_arguments request = {BOARD_DRIVE_ACTION_RUN, 500, 512};
+    drive_command(&shaft->drive, &request, (uint32_t)hal_host.time);
+    for (int i = 0; i < 7; i++) { // one edge short of 1/64
+        pass_ms(shaft, 30);
+        hal_host.encoders.crank += i % 2 == 0 ? 1 : -1;
+        hal_host.encoders.crank_edges++;
+    }
+    pass_ms(shaft, 30);
+    assert_false(shaft->drive.moved);
+    hal_host.encoders.crank_edges++;
+    pass_ms(shaft, 30);
+    assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_ENCODER);
+}
+
+static void a_crank_that_jams_in_a_stop_trips(void **state)
+{
+    struct shaft *shaft = *state;
+    set_up_running(shaft, 6000, true);
+    int before = hal_host.drive_duty;
+    shaft->blocked = true;
+    assert_true(highest_duty_until_off(shaft, stall_ms(5700)) <= before + (int)BOARD_DRIVE_STOP_RISE_A_STEP);
+    assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_STALL);
+}
+
+// From 10 rpm, less than the 15 from which a crank does not come to rest by itself.
+static void a_crank_that_rests_before_the_end_of_its_stop_does_not_trip(void **state)
+{
+    struct shaft *shaft = *state;
+    set_up_running(shaft, 1100, true);
+    shaft->blocked = true;
+    highest_duty_until_off(shaft, 541);
+    assert_off(shaft, BOARD_DRIVE_STATE_STOPPED, BOARD_DRIVE_TRIP_NONE);
+}
+
+static void a_crank_that_does_not_reach_its_speed_trips(void **state)
+{
+    struct shaft *shaft = *state;
+    shaft->fastest_rpm = 40;
+    int ms = 0;
+    for (; shaft->drive.state != BOARD_DRIVE_STATE_TRIPPED && ms < 10000; ms += 20) {
+        ask(shaft, BOARD_DRIVE_ACTION_RUN, 6000);
+        pass_ms(shaft, 20);
+    }
+    assert_in_range(ms, 1000, 5000);
+    assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_OVERLOAD);
+}
+
+static void a_crank_that_turns_without_power_is_told(void **state)
+{
+    struct shaft *shaft = *state;
+    for (int stopped = 0; stopped <= 1; stopped++) {
+        set_up_running(shaft, 3000, false);
+        if (stopped) {
+            ask(shaft, BOARD_DRIVE_ACTION_STOP, 0);
+            pass_ms(shaft, 5000);
+            assert_off(shaft, BOARD_DRIVE_STATE_STOPPED, BOARD_DRIVE_TRIP_NONE);
+        }
+        shaft->driver_shorted = true;
+        pass_ms(shaft, 1000);
+        assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_RUNAWAY);
+        assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_CLEAR_TRIP, 0), BOARD_STATUS_DRIVE_TRIPPED);
+        // Whatever else is asked for, it is told again
+        assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_EMERGENCY_STOP, 0), BOARD_STATUS_OK);
+        pass_ms(shaft, 41);
+        assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_RUNAWAY);
+        shaft->driver_shorted = false; // the main switch
+        pass_ms(shaft, 3000);
+        assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_RUNAWAY);
+        assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_CLEAR_TRIP, 0), BOARD_STATUS_OK);
+        pass_ms(shaft, 1000);
+        assert_off(shaft, BOARD_DRIVE_STATE_STOPPED, BOARD_DRIVE_TRIP_NONE);
+    }
+}
+
+// Along the ramp it would take 6 s.
+static void a_crank_that_coasts_is_no_runaway(void **state)
+{
+    struct shaft *shaft = *state;
+    set_up_running(shaft, 6000, false);
+    shaft->time_constant_s = 2;
+    ask(shaft, BOARD_DRIVE_ACTION_EMERGENCY_STOP, 0);
+    pass_ms(shaft, 10000);
+    assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_EMERGENCY_STOP);
+}
+
+// Not from where the ramp is, should the crank be slower or at rest.
+static void a_stop_that_is_called_off_goes_on_from_the_cranks_speed(void **state)
+{
+    struct shaft *shaft = *state;
+    set_up_running(shaft, 6000, true);
+    shaft->rpm = 20; // the tow
+    pass_ms(shaft, 60);
+    assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_RUN, 6000), BOARD_STATUS_OK);
+    assert_in_range(shaft->drive.setpoint, 1000, 3500);
+    run_ms(shaft, 6000, 8000);
+    assert_int_equal(shaft->drive.state, BOARD_DRIVE_STATE_RUNNING);
+    assert_in_range(shaft->drive.speed, 5900, 6100);
 }
 
 static void an_open_loop_stops_the_motor_at_once(void **state)
@@ -401,6 +591,15 @@ int main(void)
         TEST(a_blocked_crank_trips),
         TEST(a_crank_that_runs_away_trips),
         TEST(an_encoder_that_counts_the_other_way_trips),
+        TEST(an_encoder_that_goes_silent_raises_no_duty),
+        TEST(one_dead_track_trips),
+        TEST(one_track_of_a_coarse_encoder_moves_nothing),
+        TEST(a_crank_that_jams_in_a_stop_trips),
+        TEST(a_crank_that_rests_before_the_end_of_its_stop_does_not_trip),
+        TEST(a_crank_that_does_not_reach_its_speed_trips),
+        TEST(a_crank_that_turns_without_power_is_told),
+        TEST(a_crank_that_coasts_is_no_runaway),
+        TEST(a_stop_that_is_called_off_goes_on_from_the_cranks_speed),
         TEST(an_open_loop_stops_the_motor_at_once),
         TEST(nothing_starts_with_an_open_loop),
         TEST(the_host_stops_the_motor_at_once),

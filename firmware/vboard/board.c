@@ -24,6 +24,7 @@ typedef struct encoder_port {
     mcu_pin a, b;
     double edge_ns;
     int direction;
+    bool level_a, level_b;  // on the pins
 } encoder_port;
 
 struct vb_board {
@@ -39,7 +40,8 @@ struct vb_board {
     bench_input bench;
     encoder_port encoders[ENCODER_COUNT];
     crank_motor motor;
-    bench_input shaft;  // the crank's angle by the motor, where that turns it
+    bench_input shaft;  // the angle of the crank's encoder, where the motor turns the crank
+    double shaft_rad;
     double motor_ns;    // up to when the motor has been advanced
     mcu_pin emergency_stop;
     mcu_pin dout, ready;  // two pins on one wire
@@ -75,8 +77,15 @@ static avr_cycle_count_t edge_due(avr_t *avr, avr_cycle_count_t when, void *para
 
 static void drive_encoder(encoder_port *port)
 {
-    mcu_drive(port->a, encoder_a(&port->encoder));
-    mcu_drive(port->b, encoder_b(&port->encoder));
+    const vb_faults *faults = &port->board->faults;
+    bool is_crank = port->encoder.which == ENCODER_CRANK;
+    bool unplugged = is_crank && faults->crank_encoder_unplugged;
+    if (unplugged || !(is_crank && faults->crank_track_a_dead))
+        port->level_a = unplugged || encoder_a(&port->encoder);
+    if (unplugged || !(is_crank && faults->crank_track_b_dead))
+        port->level_b = unplugged || encoder_b(&port->encoder);
+    mcu_drive(port->a, port->level_a);
+    mcu_drive(port->b, port->level_b);
 }
 
 static void schedule_edge(encoder_port *port)
@@ -125,15 +134,18 @@ static double motor_duty(const vb_board *board)
 
 static void advance_motor(vb_board *board)
 {
-    crank_motor_advance(&board->motor, motor_duty(board), board->faults.crank_blocked, board->faults.tow_parted,
-                        MOTOR_STEP_NS * 1e-9);
+    const vb_faults *faults = &board->faults;
+    double before = board->motor.angle_rad;
+    crank_motor_advance(&board->motor, faults->driver_shorted ? 1.0 : motor_duty(board), faults->crank_blocked,
+                        faults->tow_parted, MOTOR_STEP_NS * 1e-9);
     board->motor_ns += MOTOR_STEP_NS;
+    if (!faults->crank_encoder_silent)
+        board->shaft_rad += (board->motor.angle_rad - before) * (1.0 - faults->crank_encoder_slip) *
+                            (faults->crank_encoder_reversed ? -1.0 : 1.0);
     bench_sample sample = {.time_ns = board->motor_ns};
-    sample.angle_rad[ENCODER_CRANK] = board->motor.angle_rad;
+    sample.angle_rad[ENCODER_CRANK] = board->shaft_rad;
     encoder_port *port = &board->encoders[ENCODER_CRANK];
     bench_input_discard_before(&board->shaft, port->encoder.cursor);
-    if (board->faults.crank_encoder_silent)
-        return;
     bench_input_push(&board->shaft, &sample, now(board));
     schedule_edge(port);
 }
@@ -344,6 +356,20 @@ int vb_reset(vb_board *board, uint8_t cause)
     return 0;
 }
 
+int vb_disturb(vb_board *board, int how)
+{
+    switch (how) {
+    case VB_HANGS:
+    case VB_CRASHES:
+        return mcu_hang(&board->mcu, how == VB_HANGS) ? 0 : -1;
+    case VB_STRAY_INTERRUPT:
+        mcu_stray_interrupt(&board->mcu);
+        return 0;
+    default:
+        return -1;
+    }
+}
+
 // --------------------------------------------------------------------------- open and close
 
 void vb_default_options(vb_options *options)
@@ -365,6 +391,7 @@ void vb_default_options(vb_options *options)
                 .gear_efficiency = 0.5,
                 .inertia_kg_m2 = 0.4,
                 .friction_n_m = 1.0,
+                .breakaway_n_m = 1.5,
                 .damping_n_m_s = 0.05,
                 .crank_radius_m = 0.06,
                 .rod_length_m = 0.30,
@@ -397,8 +424,8 @@ static const char *complaint(const vb_options *options)
     const double positive[] = {motor->supply_v,        motor->resistance_ohm, motor->inductance_h,
                                motor->flux_v_s_a,      motor->gear_ratio,     motor->gear_efficiency,
                                motor->inertia_kg_m2,   motor->crank_radius_m, motor->rod_length_m};
-    const double at_least_zero[] = {motor->friction_n_m, motor->damping_n_m_s, motor->tow_weight_n,
-                                    motor->tow_drag_n_s2_m2, motor->tow_mass_kg};
+    const double at_least_zero[] = {motor->friction_n_m, motor->breakaway_n_m,    motor->damping_n_m_s,
+                                    motor->tow_weight_n, motor->tow_drag_n_s2_m2, motor->tow_mass_kg};
     for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
         if (!(positive[i] > 0.0 && isfinite(positive[i])))
             return "the motor's supply, resistance, inductance, flux, gear, inertia and crank must be positive";
@@ -568,6 +595,7 @@ void vb_set_faults(vb_board *board, const vb_faults *faults)
     board->faults = *faults;
     update_dout(board);
     drive_emergency_stop(board);
+    drive_encoder(&board->encoders[ENCODER_CRANK]);
 }
 
 static void adc_changed(vb_board *board)
@@ -623,6 +651,7 @@ void vb_get_counters(const vb_board *board, vb_counters *counters)
         .motor_duty = motor_duty(board),
         .motor_current_a = board->motor.current_a,
         .crank_rate_rad_s = board->motor.rate_rad_s,
+        .crank_angle_rad = board->motor.angle_rad,
         .crank_edges = crank->edges,
         .carriage_edges = carriage->edges,
         .spi_misuse = board->spi.misuse + board->adc.short_sync_pulses,

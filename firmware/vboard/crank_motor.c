@@ -32,7 +32,8 @@ void crank_motor_advance(crank_motor *self, double duty, bool blocked, bool part
     double load = parted ? 0.0 : tow_load(p, self->angle_rad, self->rate_rad_s, &tow_inertia);
     load *= load > 0.0 ? 1.0 / p->gear_efficiency : 2.0 - 1.0 / p->gear_efficiency;
     double drive = p->gear_ratio * p->flux_v_s_a * self->current_a * self->current_a;
-    double friction = p->friction_n_m + p->damping_n_m_s * self->rate_rad_s;
+    double friction = self->rate_rad_s > 0.0 ? p->friction_n_m + p->damping_n_m_s * self->rate_rad_s
+                                             : fmax(p->breakaway_n_m, p->friction_n_m);
     double inertia = p->inertia_kg_m2 + tow_inertia;
     double rate = self->rate_rad_s + (drive - load - friction) / inertia * seconds;
     self->rate_rad_s = blocked ? 0.0 : fmax(rate, 0.0);

@@ -9,6 +9,8 @@
 //   h(φ) = r sin φ + √(l² − r² cos² φ)                   height of the slider, φ = 0: crank horizontal
 //   load = h'(φ) (W + c h'ω |h'ω| + m d(h'ω)/dt)         the last part with its inertia in J
 //
+// A crank that stands moves when drive less load exceeds the friction at standstill.
+//
 // A worm gear of efficiency η passes a load on as load/η, and one that would drive it as
 // load · (2 − 1/η): with η ≤ 0.5 it holds by itself. So the crank never turns backwards.
 #ifndef VBOARD_CRANK_MOTOR_H

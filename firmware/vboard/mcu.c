@@ -206,6 +206,28 @@ void mcu_stop_watchdog(mcu *self)
         avr->io[AVR_DATA_TO_IO(wdtcsr)].w.c(avr, wdtcsr, sequence[i], avr->io[AVR_DATA_TO_IO(wdtcsr)].w.param);
 }
 
+bool mcu_hang(mcu *self, bool interrupts_go_on)
+{
+    avr_t *avr = self->avr;
+    for (avr_flashaddr_t address = 0; address < avr->flashend; address += 2) {
+        if (avr->flash[address] != 0xFF || avr->flash[address + 1] != 0xCF)  // rjmp to itself
+            continue;
+        avr->pc = address;
+        if (!interrupts_go_on) {
+            avr->sreg[S_I] = 0;
+            avr->interrupt_state = 0;
+        }
+        return true;
+    }
+    return false;
+}
+
+void mcu_stray_interrupt(mcu *self)
+{
+    avr_regbit_set(self->avr, self->idle_timer->overflow.enable);
+    avr_raise_interrupt(self->avr, &self->idle_timer->overflow);
+}
+
 // --------------------------------------------------------------------------- open and close
 
 // Puts a file, mapped, where simavr has its EEPROM: what the firmware writes is in the file at once.
@@ -254,6 +276,8 @@ bool mcu_open(mcu *self, const char *elf_path, const char *eeprom_path, uint64_t
     for (avr_io_t *module = avr->io_port; module; module = module->next)
         if (strcmp(module->kind, "timer") == 0 && ((avr_timer_t *)module)->name == '4')
             self->pwm_timer = (avr_timer_t *)module;
+        else if (strcmp(module->kind, "timer") == 0 && ((avr_timer_t *)module)->name == '3')
+            self->idle_timer = (avr_timer_t *)module;
 
     self->eeprom = (avr_eeprom_t *)mcu_module(self, "eeprom");
     if ((eeprom_path && !map_eeprom(self, eeprom_path, error, error_size)) ||

@@ -21,6 +21,7 @@ typedef struct mcu {
     avr_watchdog_t *watchdog;
     avr_run_t run;  // of the core; simavr's watchdog puts its own in its place to reset it
     avr_timer_t *pwm_timer;  // timer 4
+    avr_timer_t *idle_timer; // timer 3
     avr_eeprom_t *eeprom;
     uint8_t *own_eeprom;  // simavr's, while a file stands in its place
     avr_io_write_t write_eecr;  // simavr's handler of EECR
@@ -46,6 +47,11 @@ bool mcu_run_until(mcu *self, uint64_t cycle);
 
 // Sets bytes of a variable in RAM. False if there is none of that name, more than one, or a shorter one.
 bool mcu_preset(mcu *self, const char *variable, size_t offset, const uint8_t *bytes, size_t count);
+
+// Puts the program counter into one of the firmware's endless loops; false if it has none.
+bool mcu_hang(mcu *self, bool interrupts_go_on);
+// Lets an interrupt of timer 3 come, which no firmware here enables.
+void mcu_stray_interrupt(mcu *self);
 
 // Resets for one of BOARD_RESET_CAUSE_….
 void mcu_reset(mcu *self, uint8_t cause);

@@ -30,7 +30,8 @@ typedef struct vb_motor {
     double gear_ratio;         // motor turns per turn of the crank
     double gear_efficiency;    // when the motor drives
     double inertia_kg_m2;      // the rotor's through the gear, and the crank's
-    double friction_n_m;       // at any speed
+    double friction_n_m;       // while it turns
+    double breakaway_n_m;      // friction at standstill, not less
     double damping_n_m_s;
     double crank_radius_m;
     double rod_length_m;       // longer than the radius
@@ -75,6 +76,12 @@ typedef struct vb_faults {
     uint32_t crank_blocked;          // not 0: the motor cannot turn it
     uint32_t crank_encoder_silent;   // not 0: its lines stand still
     uint32_t tow_parted;             // not 0: the slider moves alone
+    uint32_t crank_encoder_unplugged;  // not 0: both lines go up, as their pull-ups have it
+    uint32_t crank_track_a_dead;     // not 0: the line stays as it is
+    uint32_t crank_track_b_dead;
+    uint32_t crank_encoder_reversed; // not 0: A and B are exchanged
+    double crank_encoder_slip;       // share of the crank's turning that its encoder does not follow, 0 to 1
+    uint32_t driver_shorted;         // not 0: the motor has its supply, whatever the pins say
 } vb_faults;
 
 typedef struct vb_counters {
@@ -92,6 +99,7 @@ typedef struct vb_counters {
     double motor_duty;                // 0 to 1: what the pins say; 0 without the enable line
     double motor_current_a;
     double crank_rate_rad_s;          // by the motor
+    double crank_angle_rad;           // likewise, since power-on
     uint64_t crank_edges;
     uint64_t carriage_edges;
     uint64_t spi_misuse;              // bytes in a wrong SPI mode, too fast, or SYNC pulses too short
@@ -133,6 +141,12 @@ VB_API int vb_reset(vb_board *board, uint8_t cause);
 VB_API void vb_dip_adc_supply(vb_board *board);
 // A bit of one of the ADC's registers flips. -1 for a register that cannot be written, or no bit of it.
 VB_API int vb_flip_adc_bit(vb_board *board, uint8_t address, uint8_t bit);
+
+// The processor goes wrong, as in a disturbance: VB_HANGS, it is in an endless loop and interrupts go on;
+// VB_CRASHES, the same with interrupts off; VB_STRAY_INTERRUPT, one comes that the firmware never enabled.
+// -1 for something else, or if the firmware has no endless loop.
+enum { VB_HANGS = 0, VB_CRASHES = 1, VB_STRAY_INTERRUPT = 2 };
+VB_API int vb_disturb(vb_board *board, int how);
 VB_API void vb_set_faults(vb_board *board, const vb_faults *faults);
 VB_API void vb_set_clock_ppm(vb_board *board, double clock_ppm);
 VB_API void vb_get_counters(const vb_board *board, vb_counters *counters);

@@ -50,6 +50,14 @@ class Bootloader(enum.IntEnum):
     OLD = 2
 
 
+class Disturbance(enum.IntEnum):
+    """What becomes of the processor in a disturbance."""
+
+    HANGS = 0  # in an endless loop; interrupts go on
+    CRASHES = 1  # likewise, with interrupts off
+    STRAY_INTERRUPT = 2  # one that the firmware never enabled
+
+
 class FrameResult(enum.IntEnum):
     """What became of a bench frame."""
 
@@ -98,7 +106,8 @@ class _Motor(_Structure):
         (name, ctypes.c_double)
         for name in (
             *("supply_v", "resistance_ohm", "inductance_h", "flux_v_s_a"),
-            *("gear_ratio", "gear_efficiency", "inertia_kg_m2", "friction_n_m", "damping_n_m_s"),
+            *("gear_ratio", "gear_efficiency", "inertia_kg_m2"),
+            *("friction_n_m", "breakaway_n_m", "damping_n_m_s"),
             *("crank_radius_m", "rod_length_m"),
             *("tow_weight_n", "tow_drag_n_s2_m2", "tow_mass_kg"),
         )
@@ -135,6 +144,12 @@ class _Faults(_Structure):
         ("crank_blocked", ctypes.c_uint32),
         ("crank_encoder_silent", ctypes.c_uint32),
         ("tow_parted", ctypes.c_uint32),
+        ("crank_encoder_unplugged", ctypes.c_uint32),
+        ("crank_track_a_dead", ctypes.c_uint32),
+        ("crank_track_b_dead", ctypes.c_uint32),
+        ("crank_encoder_reversed", ctypes.c_uint32),
+        ("crank_encoder_slip", ctypes.c_double),
+        ("driver_shorted", ctypes.c_uint32),
     )
 
 
@@ -154,6 +169,7 @@ class _Counters(_Structure):
         ("motor_duty", ctypes.c_double),
         ("motor_current_a", ctypes.c_double),
         ("crank_rate_rad_s", ctypes.c_double),
+        ("crank_angle_rad", ctypes.c_double),
         ("crank_edges", ctypes.c_uint64),
         ("carriage_edges", ctypes.c_uint64),
         ("spi_misuse", ctypes.c_uint64),
@@ -187,6 +203,7 @@ def _load(path: Path) -> ctypes.CDLL:
         "vb_reset": (ctypes.c_int, [board, ctypes.c_uint8]),
         "vb_dip_adc_supply": (None, [board]),
         "vb_flip_adc_bit": (ctypes.c_int, [board, ctypes.c_uint8, ctypes.c_uint8]),
+        "vb_disturb": (ctypes.c_int, [board, ctypes.c_int]),
         "vb_set_faults": (None, [board, ctypes.POINTER(_Faults)]),
         "vb_set_clock_ppm": (None, [board, ctypes.c_double]),
         "vb_get_counters": (None, [board, ctypes.POINTER(_Counters)]),
@@ -346,6 +363,11 @@ class VirtualBoard:
         if self._library.vb_flip_adc_bit(self._handle, address, bit) != 0:
             raise ValueError(f"the ADC has no bit {bit} to write at address 0x{address:02x}")
 
+    def disturb(self, how: Disturbance) -> None:
+        """Something throws the processor off its way, once."""
+        if self._library.vb_disturb(self._handle, how) != 0:
+            raise ValueError(f"{how!r}: no such disturbance, or no endless loop in the firmware")
+
     def set_faults(
         self,
         *,
@@ -358,6 +380,12 @@ class VirtualBoard:
         crank_blocked: bool = False,
         crank_encoder_silent: bool = False,
         tow_parted: bool = False,
+        crank_encoder_unplugged: bool = False,
+        crank_track_a_dead: bool = False,
+        crank_track_b_dead: bool = False,
+        crank_encoder_reversed: bool = False,
+        crank_encoder_slip: float = 0.0,
+        driver_shorted: bool = False,
     ) -> None:
         """Sets all faults at once; those not named are off.
 
@@ -366,11 +394,16 @@ class VirtualBoard:
         serial_*_rate: probabilities per data bit or per byte, in both directions;
             serial_byte_drop_rate = 1 is a pulled cable.
         emergency_stop_open: the button is pressed, or its wire broken.
-        crank_blocked, crank_encoder_silent, tow_parted: where the motor turns the crank.
+        crank_encoder_unplugged, crank_track_*_dead: both its lines go up; one stays as it is.
+        crank_blocked, crank_encoder_silent, tow_parted, crank_encoder_reversed, driver_shorted:
+            where the motor turns the crank.
+        crank_encoder_slip: the share of the crank's turning that its encoder does not follow.
         """
         for rate in (serial_bit_error_rate, serial_byte_drop_rate, serial_byte_double_rate):
             if not (math.isfinite(rate) and 0.0 <= rate <= 1.0):
                 raise ValueError(f"rate {rate}: give a probability")
+        if not 0.0 <= crank_encoder_slip <= 1.0:
+            raise ValueError(f"slip {crank_encoder_slip}: give a share from 0 to 1")
         faults = _Faults(
             spi_error_one_in,
             adc_silent,
@@ -381,6 +414,12 @@ class VirtualBoard:
             crank_blocked,
             crank_encoder_silent,
             tow_parted,
+            crank_encoder_unplugged,
+            crank_track_a_dead,
+            crank_track_b_dead,
+            crank_encoder_reversed,
+            crank_encoder_slip,
+            driver_shorted,
         )
         self._library.vb_set_faults(self._handle, ctypes.byref(faults))
 

@@ -50,4 +50,5 @@ void hal_encoders_read(struct hal_encoders *encoders)
     encoders->crank = crank.count;
     encoders->carriage = carriage.count;
     encoders->illegal_steps = crank.illegal_steps + carriage.illegal_steps;
+    encoders->crank_edges = crank.edges;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Timer 4 makes the PWM on OC4A, counting up to its top in ICR4. Once a period its interrupt looks at
-// the emergency-stop loop, whatever holds the main loop up.
+// the emergency-stop loop, whatever holds the main loop up, and whether the main loop still leads the motor.
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
@@ -17,16 +17,24 @@ _Static_assert(PERIOD <= UINT16_MAX, "choose a faster PWM");
 
 // The loop was open, however shortly, while the motor had power.
 static volatile bool opened;
+// For which the motor keeps its power without a word of the main loop.
+static volatile uint16_t periods_left;
 
 static bool loop_closed(void)
 {
     return (DRIVE_PIN & _BV(DRIVE_EMERGENCY_STOP)) == 0;
 }
 
+void motor_drive_cut(void)
+{
+    DRIVE_PORT &= (uint8_t)~(_BV(DRIVE_PWM) | _BV(DRIVE_ENABLE));
+    TCCR4A = 0; // the PWM's pin is the port's
+}
+
 void motor_drive_init(void)
 {
-    DRIVE_PORT = (uint8_t)((DRIVE_PORT & ~(_BV(DRIVE_PWM) | _BV(DRIVE_ENABLE))) |
-                           _BV(DRIVE_EMERGENCY_STOP)); // pull-up
+    motor_drive_cut();
+    DRIVE_PORT |= _BV(DRIVE_EMERGENCY_STOP); // pull-up
     DRIVE_DDR |= _BV(DRIVE_PWM) | _BV(DRIVE_ENABLE);
 }
 
@@ -40,6 +48,7 @@ void hal_drive_on(uint16_t duty)
     TCCR4A = high > 0 ? _BV(COM4A1) | _BV(WGM41) : _BV(WGM41);
     TIMSK4 = _BV(TOIE4);
     uint8_t state = hal_lock();
+    periods_left = BOARD_DRIVE_ALIVE_PERIODS;
     if (!opened)
         DRIVE_PORT |= _BV(DRIVE_ENABLE);
     hal_unlock(state);
@@ -47,10 +56,13 @@ void hal_drive_on(uint16_t duty)
 
 ISR(TIMER4_OVF_vect)
 {
-    if (loop_closed())
-        return;
-    DRIVE_PORT &= (uint8_t)~_BV(DRIVE_ENABLE);
-    opened = true;
+    if (!loop_closed())
+        opened = true;
+    uint16_t left = periods_left;
+    if (left > 0)
+        periods_left = left - 1;
+    if (opened || left == 0)
+        DRIVE_PORT &= (uint8_t)~_BV(DRIVE_ENABLE);
 }
 
 void hal_drive_off(void)

@@ -11,6 +11,7 @@ void adc_bus_init(void);
 void encoders_init(void);
 void accelerometer_init(void);
 void motor_drive_init(void);
+void motor_drive_cut(void); // takes the motor's power, at any moment
 void reset_init(void);
 
 #endif

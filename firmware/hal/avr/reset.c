@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What outlives a reset or has to be done before C starts: reset cause, boot count, stack painting.
+#include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/wdt.h>
 
@@ -30,10 +31,12 @@ static uint32_t reset_mark NOINIT; // COMMANDED: the reset that follows was aske
 
 extern uint8_t _end; // NOLINT: the linker's name of the first byte behind the variables
 
-// Runs before variables are initialised. The watchdog stays on over its own reset, with its
-// shortest period, until WDRF is cleared.
+// Runs before variables are initialised. A program that has lost its way may come here without a reset,
+// the pins as they were: the motor's first. The watchdog stays on over its own reset, with its shortest
+// period, until WDRF is cleared.
 __attribute__((naked, used, section(".init3"))) static void early(void)
 {
+    motor_drive_cut();
     mcusr = MCUSR;
     MCUSR = 0;
     wdt_disable();
@@ -58,6 +61,16 @@ void hal_reset(void)
     serial_flush();
     reset_mark = COMMANDED;
     for (;;) // until the watchdog bites
+        ;
+}
+
+// An interrupt that nobody enabled. Without this one avr-libc would start the program anew in the middle
+// of what it does; a reset starts the board.
+ISR(BADISR_vect)
+{
+    motor_drive_cut();
+    wdt_enable(WDTO_15MS);
+    for (;;)
         ;
 }
 

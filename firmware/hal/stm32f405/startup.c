@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "parts.h"
 #include "registers.h"
 #include "stack.h"
 
@@ -21,11 +22,22 @@ void tim3_handler(void);
 void usart1_handler(void);
 void tim5_handler(void);
 
-// Faults and interrupts that nobody enabled: the watchdog ends it.
-static void unexpected_handler(void)
+// What follows a fault: the motor has no power, and the watchdog starts the board anew.
+__attribute__((used, noreturn)) static void end(void)
 {
+    motor_drive_cut();
     for (;;)
         ;
+}
+
+// Faults and interrupts that nobody enabled. No other interrupt comes through a fault, the one that looks at
+// the emergency stop neither. The stack may be what failed: it begins anew.
+__attribute__((naked)) static void unexpected_handler(void)
+{
+    __asm volatile("cpsid i\n\t"
+                   "ldr r0, =_stack_top\n\t"
+                   "mov sp, r0\n\t"
+                   "b end");
 }
 
 typedef void vector(void);

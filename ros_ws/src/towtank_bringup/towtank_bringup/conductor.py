@@ -42,6 +42,7 @@ CRANK_DRIVE = "/measured/crank_drive"
 _SPIN_S = 0.05
 _AGAIN_S = 5.0  # between two requests where one is not answered
 _STRANGERS_S = 1.0  # between two looks for them
+_REST_S = 1.0  # in which the board tells of a crank that turns on without power
 
 
 class TrialError(RuntimeError):
@@ -115,6 +116,8 @@ class Conductor(Node):
     def _check(self) -> None:
         self._watch()
         if words := self._crank.fault():
+            self._see_whether_the_crank_rests()
+            words = self._crank.fault() or words
             raise CrankStopped(f"{words}: see that all is well and start a new trial")
         if time.monotonic() >= self._watch_at:
             self._watch_at = time.monotonic() + _STRANGERS_S
@@ -148,6 +151,13 @@ class Conductor(Node):
                         "too: what it sends is left out"
                     )
                     self.mark(TrialEvent.STRANGER, node=node, topic=topic)
+
+    def _see_whether_the_crank_rests(self) -> None:
+        """Waits for what the board tells of a crank that turns on without power: its operator is
+        to know of that, whatever stopped the run."""
+        deadline = time.monotonic() + _REST_S
+        while (left := deadline - time.monotonic()) > 0:
+            self._executor.spin_once(timeout_sec=left)
 
     def reported(self, key: str) -> dict[str, int]:
         """Return the last count of that name by node, of those that report it."""

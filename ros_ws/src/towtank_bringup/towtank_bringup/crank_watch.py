@@ -18,6 +18,8 @@ _TRIPS = {
     CrankDrive.STALL: "stall",
     CrankDrive.HOST_SILENCE: "host_silence",
     CrankDrive.ENCODER: "encoder",
+    CrankDrive.OVERLOAD: "overload",
+    CrankDrive.RUNAWAY: "runaway",
 }
 _RPM = 2.0 * math.pi / 60.0
 

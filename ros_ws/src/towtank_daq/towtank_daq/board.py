@@ -785,8 +785,13 @@ TRIP_ADVICE = {
     "overspeed": "see what let the crank run ahead (a lost load?), then clear the trip",
     "stall": "free the crank, check motor supply and encoder, then clear the trip",
     "host_silence": "see why the host went silent, then clear the trip",
-    "encoder": "the encoder counts against the rig's direction: exchange A and B or correct the "
-    "rig, then clear the trip",
+    "encoder": "the encoder counts against the rig's direction, or on one track only: exchange A "
+    "and B or correct the rig, or mend the dead track, then clear the trip",
+    "overload": "the crank does not reach its speed: check load, motor supply and whether the "
+    "encoder slips, then clear the trip",
+    "runaway": "the crank turns although the board gives its motor no power: cut the motor's "
+    "supply at the main switch, find the fault (a shorted motor driver, a tow that drives the "
+    "crank), then clear the trip",
 }
 """What to do about a trip of the drive, by its name in board.yaml."""
 
