@@ -137,7 +137,7 @@ static void advance_motor(vb_board *board)
     const vb_faults *faults = &board->faults;
     double before = board->motor.angle_rad;
     crank_motor_advance(&board->motor, faults->driver_shorted ? 1.0 : motor_duty(board), faults->crank_blocked,
-                        faults->tow_parted, MOTOR_STEP_NS * 1e-9);
+                        faults->tow_parted, faults->crank_driven_n_m, MOTOR_STEP_NS * 1e-9);
     board->motor_ns += MOTOR_STEP_NS;
     if (!faults->crank_encoder_silent)
         board->shaft_rad += (board->motor.angle_rad - before) * (1.0 - faults->crank_encoder_slip) *

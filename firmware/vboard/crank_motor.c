@@ -20,7 +20,7 @@ static double tow_load(const vb_motor *p, double angle, double rate, double *ine
                     p->tow_mass_kg * curvature * rate * rate);
 }
 
-void crank_motor_advance(crank_motor *self, double duty, bool blocked, bool parted, double seconds)
+void crank_motor_advance(crank_motor *self, double duty, bool blocked, bool parted, double driven_n_m, double seconds)
 {
     const vb_motor *p = &self->parameters;
     // The current's equation is linear in it as long as the motor's speed stands
@@ -31,7 +31,7 @@ void crank_motor_advance(crank_motor *self, double duty, bool blocked, bool part
     double tow_inertia = 0.0;
     double load = parted ? 0.0 : tow_load(p, self->angle_rad, self->rate_rad_s, &tow_inertia);
     load *= load > 0.0 ? 1.0 / p->gear_efficiency : 2.0 - 1.0 / p->gear_efficiency;
-    double drive = p->gear_ratio * p->flux_v_s_a * self->current_a * self->current_a;
+    double drive = p->gear_ratio * p->flux_v_s_a * self->current_a * self->current_a + driven_n_m;
     double friction = self->rate_rad_s > 0.0 ? p->friction_n_m + p->damping_n_m_s * self->rate_rad_s
                                              : fmax(p->breakaway_n_m, p->friction_n_m);
     double inertia = p->inertia_kg_m2 + tow_inertia;

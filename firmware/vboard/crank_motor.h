@@ -27,7 +27,8 @@ typedef struct crank_motor {
     double rate_rad_s;
 } crank_motor;
 
-// Lets time pass with this duty (0 to 1). A blocked crank stands; a parted tow loads nothing.
-void crank_motor_advance(crank_motor *self, double duty, bool blocked, bool parted, double seconds);
+// Lets time pass with this duty (0 to 1). A blocked crank stands; a parted tow loads nothing; driven_n_m turns
+// it on from outside.
+void crank_motor_advance(crank_motor *self, double duty, bool blocked, bool parted, double driven_n_m, double seconds);
 
 #endif

@@ -82,6 +82,7 @@ typedef struct vb_faults {
     uint32_t crank_encoder_reversed; // not 0: A and B are exchanged
     double crank_encoder_slip;       // share of the crank's turning that its encoder does not follow, 0 to 1
     uint32_t driver_shorted;         // not 0: the motor has its supply, whatever the pins say
+    double crank_driven_n_m;         // torque that turns the crank on from outside, at least 0
 } vb_faults;
 
 typedef struct vb_counters {

@@ -150,6 +150,7 @@ class _Faults(_Structure):
         ("crank_encoder_reversed", ctypes.c_uint32),
         ("crank_encoder_slip", ctypes.c_double),
         ("driver_shorted", ctypes.c_uint32),
+        ("crank_driven_n_m", ctypes.c_double),
     )
 
 
@@ -217,6 +218,13 @@ def _load(path: Path) -> ctypes.CDLL:
         function.restype = result
         function.argtypes = arguments
     return library
+
+
+def nominal_motor(library: str | Path = LIBRARY) -> dict[str, float]:
+    """The crank's motor and its tow as they are unless `crank_motor` says otherwise."""
+    options = _Options()
+    _load(Path(library)).vb_default_options(ctypes.byref(options))
+    return options.motor.as_dict()
 
 
 class VirtualBoard:
@@ -386,6 +394,7 @@ class VirtualBoard:
         crank_encoder_reversed: bool = False,
         crank_encoder_slip: float = 0.0,
         driver_shorted: bool = False,
+        crank_driven_n_m: float = 0.0,
     ) -> None:
         """Sets all faults at once; those not named are off.
 
@@ -398,10 +407,13 @@ class VirtualBoard:
         crank_blocked, crank_encoder_silent, tow_parted, crank_encoder_reversed, driver_shorted:
             where the motor turns the crank.
         crank_encoder_slip: the share of the crank's turning that its encoder does not follow.
+        crank_driven_n_m: torque that turns the crank on from outside, at least 0.
         """
         for rate in (serial_bit_error_rate, serial_byte_drop_rate, serial_byte_double_rate):
             if not (math.isfinite(rate) and 0.0 <= rate <= 1.0):
                 raise ValueError(f"rate {rate}: give a probability")
+        if not 0.0 <= crank_driven_n_m < math.inf:
+            raise ValueError(f"torque {crank_driven_n_m}: give one of at least 0 N m")
         if not 0.0 <= crank_encoder_slip <= 1.0:
             raise ValueError(f"slip {crank_encoder_slip}: give a share from 0 to 1")
         faults = _Faults(
@@ -420,6 +432,7 @@ class VirtualBoard:
             crank_encoder_reversed,
             crank_encoder_slip,
             driver_shorted,
+            crank_driven_n_m,
         )
         self._library.vb_set_faults(self._handle, ctypes.byref(faults))
 

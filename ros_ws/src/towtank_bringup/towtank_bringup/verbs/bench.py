@@ -80,6 +80,15 @@ def disk(seconds: float, folder: Path, as_json: bool) -> None:
     run(source, "disk.py", [], *where, *(["--json"] if as_json else []))
 
 
+@command.command("drive-faults")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def drive_faults(as_json: bool) -> None:
+    """Every fault of the crank's drive in every state, on the virtual board: what is seen, and its
+    bound. Without the clock; about a minute."""
+    source = source_tree("the benchmarks")
+    run(source, "drive_faults.py", [], *(["--json"] if as_json else []))
+
+
 def run_with_peers(program: str, *arguments: str) -> None:
     """Runs a program of tests/benchmarks with the other simulators on its path."""
     source = source_tree("the benchmarks")
