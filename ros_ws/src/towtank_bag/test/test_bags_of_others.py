@@ -145,6 +145,19 @@ def test_two_damaged_copies_complete_one_another(bag):
     assert opened.problem.count("1 damaged place is left out") == 2
 
 
+def test_files_of_two_recordings_are_not_mixed(original, tmp_path):
+    """The type has changed in between."""
+    rewrite(original, tmp_path / "v" / "a.mcap", wanted=lambda n: n < 100)
+    path = rewrite(
+        original,
+        tmp_path / "v" / "b.mcap",
+        wanted=lambda n: n >= 100,
+        schema=lambda s: (s.encoding, b"string data\nuint8 more\n"),
+    )
+    with pytest.raises(BagError, match="/text: there are messages of different types"):
+        open_bag(path.parent).series("/text", ["data"])
+
+
 @pytest.mark.parametrize("text", [b"", b"\xff{[:\n", b"{[:\n", b"[1, 2]\n", b"a: 1\n", bytes(99)])
 def test_a_damaged_metadata_file_is_done_without(bag, text):
     (bag.parent / "metadata.yaml").write_bytes(text)
@@ -166,7 +179,7 @@ def test_channels_of_other_programs_are_passed_over(original, tmp_path, encoding
     assert numbers(opened) == list(range(COUNT))
     assert opened.topics["/thing"].count == 1
     for read in (lambda: opened.series("/thing", ["x"]), lambda: list(opened.messages("/thing"))):
-        with pytest.raises(BagError, match=f"/thing: its messages are in {encoding}"):
+        with pytest.raises(BagError, match=f"v: /thing: its messages are in {encoding}"):
             read()
 
 

@@ -46,12 +46,12 @@ _NO_MESSAGE = (
 class MessageForm:
     """How the messages of a topic are written.
 
-    type_name: `package/msg/Name`. encoding: of the messages; `cdr` is read. definition: text of the
-    type's definition, in the form that schema_encoding names; empty where the bag holds none.
-    type_hash: RIHS01 hash, empty if unknown.
+    where: bag and topic, for errors. type_name: `package/msg/Name`. encoding: of the messages;
+    `cdr` is read. definition: text of the type's definition, in the form that schema_encoding
+    names; empty where the bag holds none. type_hash: RIHS01 hash, empty if unknown.
     """
 
-    topic: str
+    where: str
     type_name: str
     encoding: str
     definition: bytes
@@ -66,7 +66,7 @@ class MessageReader:
         self._form = form
         if form.encoding != "cdr":
             raise BagError(
-                f"{form.topic}: its messages are in {form.encoding or 'no encoding that is named'},"
+                f"{form.where}: its messages are in {form.encoding or 'no encoding that is named'},"
                 " which is not read; give the bag as ROS 2 recorded it"
             )
         typestore = _typestore(
@@ -74,7 +74,7 @@ class MessageReader:
         )
         if typestore is None:
             raise BagError(
-                f"{form.topic}: the bag holds no definition of {form.type_name} that is understood,"
+                f"{form.where}: the bag holds no definition of {form.type_name} that is understood,"
                 " and none with its hash is installed; record it again where the type is installed"
             )
         self._typestore = typestore
@@ -109,17 +109,17 @@ class MessageReader:
         except LayoutError:
             messages = [self.decode(payload) for payload in payloads]
         except KeyError as error:
-            raise BagError(f"{form.topic}: {form.type_name} has no field {error}") from error
+            raise BagError(f"{form.where}: {form.type_name} has no field {error}") from error
         try:
             return {name: _stack([_attribute(m, name) for m in messages]) for name in fields}
         except AttributeError as error:
-            raise BagError(f"{form.topic}: {form.type_name} has no field '{error.name}'") from error
+            raise BagError(f"{form.where}: {form.type_name} has no field '{error.name}'") from error
         except IndexError:
-            raise BagError(f"{form.topic}: not every message has all of {fields}") from None
+            raise BagError(f"{form.where}: not every message has all of {fields}") from None
 
     def _misfit(self) -> BagError:
         return BagError(
-            f"{self._form.topic}: a message does not fit the bag's definition of "
+            f"{self._form.where}: a message does not fit the bag's definition of "
             f"{self._form.type_name}; it was written by another program, leave it out"
         )
 

@@ -171,8 +171,8 @@ class Bag:
             forms = {self._form(scan, channel) for scan, channel in self._channels[topic]}
             if len(forms) > 1:
                 raise BagError(
-                    f"{topic}: the bag holds messages of different types or definitions on it; "
-                    "leave out the files that are of another recording"
+                    f"{self.directory}: {topic}: there are messages of different types or "
+                    "definitions on it; leave out the files that are of another recording"
                 )
             self._readers[topic] = MessageReader(forms.pop())
         return self._readers[topic]
@@ -181,7 +181,7 @@ class Bag:
         schema = scan.schemas.get(channel.schema_id) or Schema(b"", "", 0, "")
         info = self.topics[channel.topic]
         return MessageForm(
-            channel.topic,
+            f"{self.directory}: {channel.topic}",
             schema.name or info.type_name,
             channel.message_encoding,
             schema.data,
