@@ -24,10 +24,11 @@ class IncompleteTrial(RuntimeError):
     """The trial did not end well; its directory is marked. One line: cause and mend."""
 
 
-_EXPECTED = (
+FAULTS = (
     *(TrialError, ProcessError, TrialDirectoryError),
     *(RigError, BagError, RunFileError, DomainError),
 )
+"""What a trial can meet, each told in one line."""
 
 
 @contextlib.contextmanager
@@ -40,7 +41,7 @@ def marked(directory: TrialDirectory) -> Iterator[None]:
         yield
     except BaseException as error:
         done = directory.incomplete()
-        if isinstance(error, _EXPECTED):
+        if isinstance(error, FAULTS):
             raise IncompleteTrial(f"{error} ({done})") from error
         if isinstance(error, OSError):
             place = error.filename or directory.path

@@ -13,7 +13,7 @@ import psutil
 import rclpy
 from towtank_rig import RigError
 
-from towtank_bringup.closing import IncompleteTrial, close_trial, marked
+from towtank_bringup.closing import FAULTS, IncompleteTrial, close_trial, marked
 from towtank_bringup.conductor import Conductor, open_conductor
 from towtank_bringup.course import drive_for, run_course
 from towtank_bringup.environment import ros_domain, runtime_folder
@@ -105,6 +105,9 @@ def _start_and_lead(planned: PlannedTrial, stop: StopRequest, say: ProgressLine)
         processes.start(planned.graph, watch)
         conductor = open_conductor(planned.graph, watch, say)
         run_course(conductor, planned.course, drive_for(planned.on_virtual_tank), psutil.Process())
+    except FAULTS as error:
+        say(f"stopping: {error}")  # somebody stands at the carriage, and stopping takes seconds
+        raise
     finally:
         if conductor:
             conductor.close()
