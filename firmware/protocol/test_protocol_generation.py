@@ -105,7 +105,7 @@ class Generation(unittest.TestCase):
             (doubled_channel, "channels"),
             (unknown_setup, "accel_x"),
             (unknown_input, "adc_temperature"),
-            (buffer_on_ground, "accel_x: its negative input is AVSS"),
+            (buffer_on_ground, "excitation: its negative input is AVSS"),
             (reference_buffer_on_ground, "setup bridge: REFIN1− is AVSS"),
             (unknown_field_type, "schema"),
             (doubled_pin, "pins"),

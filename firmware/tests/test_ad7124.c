@@ -68,8 +68,9 @@ static void set_up_writes_the_registers_of_the_data_sheet(void **state)
     assert_int_equal(registers[0x0E], 0x8000 | 5 << 12 | 7 << 5 | 17);
     for (uint8_t channel = 6; channel < 16; channel++)
         assert_int_equal(registers[0x09 + channel], 0x0001);
-    // Bipolar on REFIN1 with all buffers but that of REFIN1-, which is ground; unipolar, then bipolar on the internal reference.
-    static const uint16_t config[] = {0x0960, 0x0960, 0x0050, 0x0050, 0x0050, 0x0050, 0x0810};
+    // Bipolar on REFIN1 with all buffers but that of REFIN1-, which is ground; unipolar on AVDD and on the
+    // internal reference; bipolar on that.
+    static const uint16_t config[] = {0x0960, 0x0960, 0x0058, 0x0058, 0x0058, 0x0050, 0x0810};
     for (uint8_t setup = 0; setup < 7; setup++) {
         assert_int_equal(registers[0x19 + setup], config[setup]);
         assert_int_equal(registers[0x21 + setup], 0x460006); // sinc3, FS 6

@@ -521,11 +521,11 @@ static void a_bit_that_a_write_hides_is_read_back(void **state)
     struct whole_board *whole = *state;
     start(whole);
     whole_board_run_ms(whole, 300);
-    fake_ad7124_flip_bit(&whole->adc, 0x1B, 4); // CONFIG_2 against AVDD
+    fake_ad7124_flip_bit(&whole->adc, 0x1B, 4); // CONFIG_2 against REFIN2
     whole->adc.map_damaged = false;
     whole_board_run_ms(whole, 640);
     assert_int_equal(whole_board_counters(whole).adc_restarts, 1);
-    assert_int_equal(whole->adc.registers[0x1B], 0x0050);
+    assert_int_equal(whole->adc.registers[0x1B], 0x0058);
 }
 
 static void a_command_that_the_adc_could_not_take_is_counted_and_repeated(void **state)
