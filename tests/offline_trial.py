@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from towtank_compare.heave import HeaveResult, HeaveSamples, analyse_window
 from towtank_compare.series import Series
-from towtank_daq.board import AdcBoard, Scan
+from towtank_daq.board import AdcBoard, Scan, Transport
 from towtank_daq.configuration import configuration_at
 from towtank_daq.description import BoardDescription, installed_description, load_description
 from towtank_daq.pressure import PressureSensor
@@ -112,7 +112,7 @@ class OfflineTrial:
         return HeaveSamples("measured", crank, *heave.values(), tuple(zero_depths))
 
 
-class _Line:
+class _Line(Transport):
     """The driver's transport and clock: reading is what makes the board's time pass."""
 
     def __init__(self, board: VirtualBoard, frames: list[bytes]) -> None:
@@ -148,7 +148,7 @@ def acquire(
     scans: list[Scan] = []
     line = _Line(virtual, frames)
     driver = AdcBoard(line, Protocol(board), scans.append, print, line.monotonic_ns)
-    line.read(0.05)  # the board has been switched on a moment before
+    virtual.run_until(50_000_000)  # the board has been switched on a moment before
     driver.connect()
     driver.configure(configuration_at(board, 100))
     driver.start()

@@ -84,8 +84,11 @@ def test_existing_output_directory_is_left_alone(tmp_path):
 
 
 @contextlib.contextmanager
-def serial_port(answer):
-    """A serial port with somebody on it who answers each request by `answer(payload)`, or not."""
+def serial_port(answer, heard=True):
+    """A serial port with somebody on it who answers each request by `answer(payload)`, or not.
+
+    heard: it also says something by itself.
+    """
     master, slave = pty.openpty()
     tty.setraw(slave)
     done = threading.Event()
@@ -93,6 +96,8 @@ def serial_port(answer):
     def serve():
         reader = FrameReader(64)
         while not done.is_set():
+            if heard:
+                os.write(master, encode_frame(b"\x11"))
             if select.select([master], [], [], 0.1)[0]:
                 for request in reader.feed(os.read(master, 4096)):
                     if (response := answer(request)) is not None:
@@ -111,7 +116,7 @@ def serial_port(answer):
 
 @pytest.mark.trial
 def test_board_that_never_answers(tmp_path):
-    with serial_port(lambda request: None) as port:
+    with serial_port(lambda request: None, heard=False) as port:
         run = run_towtank("trial", "--port", port, "--out", tmp_path / "o")
     assert_one_clear_line(run, "/measured/adc_board", "answer")
     assert (tmp_path / "o" / "INCOMPLETE").exists()

@@ -17,6 +17,8 @@ import itertools
 import math
 import os
 import pty
+import subprocess
+import termios
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -28,8 +30,8 @@ from towtank_daq.configuration import configuration_at
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.protocol import Protocol
 from towtank_daq.serial_port import SerialPort, SerialPortError
-from vboard import ResetCause, VirtualBoard
-from virtual_line import COUNTS, MS, SECOND, VirtualLine
+from vboard import Bootloader, ResetCause, VirtualBoard
+from virtual_line import COUNTS, MS, SECOND, TerminalLine, VirtualLine
 
 BOARD = load_description(installed_description())
 PROTOCOL = Protocol(BOARD)
@@ -82,6 +84,12 @@ class Run:
     def bad(self) -> list[Scan]:
         return [scan for scan in self.scans if scan.valid_mask != BOARD.all_valid]
 
+    @property
+    def gap_s(self) -> float:
+        """The one gap's length."""
+        ((before, after),) = self.gaps
+        return (after.sequence - before.sequence) / 100
+
     def end(self) -> None:
         """Stop, and hold all that came against the truth."""
         self.driver.stop()
@@ -127,8 +135,8 @@ class Run:
             assert scan.carriage - first.carriage == pytest.approx(turned, abs=2 + rate * AGREE_S)
 
 
-def line_of(board: VirtualBoard) -> VirtualLine:
-    return VirtualLine(board, RAMPS, REVOLUTIONS_PER_S)
+def line_of(board: VirtualBoard, dtr_resets: bool = False) -> VirtualLine:
+    return VirtualLine(board, RAMPS, REVOLUTIONS_PER_S, dtr_resets)
 
 
 @pytest.fixture
@@ -323,7 +331,7 @@ def test_board_that_falls_silent_and_comes_back(run):
     run.end()
     assert run.driver.statistics.restarts == 1
     assert len(run.gaps) == 1
-    assert run.warnings[0].startswith("the board has sent nothing for 3 s")
+    assert run.warnings[0].startswith("the board has sent nothing for 2.5 s")
 
 
 @pytest.mark.parametrize("cause", [ResetCause.WATCHDOG, ResetCause.BROWN_OUT])
@@ -336,6 +344,172 @@ def test_reset_in_the_run(run, cause):
     run.assert_counts_begin_a_new_epoch()
     name = {ResetCause.WATCHDOG: "watchdog", ResetCause.BROWN_OUT: "brown out"}[cause]
     assert run.warnings[0].replace("_", " ").startswith(f"the board was reset ({name}")
+
+
+# -- a board with Arduino's bootloader, which every reset starts
+
+
+@pytest.fixture
+def mega(request) -> Iterator[Run]:
+    """A Mega as it is shipped; with the parameter False, one whose DTR resets nothing."""
+    with VirtualBoard(ELF, seed=41, noise_volts=0.0, bootloader=Bootloader.SHIPPED) as board:
+        started = Run(board, line_of(board, dtr_resets=getattr(request, "param", True)))
+        started.begin()
+        yield started
+
+
+@pytest.mark.parametrize(
+    "cause", [ResetCause.EXTERNAL, ResetCause.BROWN_OUT, ResetCause.WATCHDOG], ids=lambda c: c.name
+)
+@pytest.mark.parametrize("mega", [True, False], indirect=True, ids=["DTR", "no DTR"])
+def test_reset_of_a_shipped_board(mega, cause):
+    """The driver is quiet until the firmware is up, 0.93 s later, finds and configures it in 0.1 s,
+    and learns its clock for half a second: of 6000 scans, 5800 are there. No DTR is needed."""
+    mega.board.reset(cause)
+    mega.driver.poll(4.0)
+    mega.end()
+    assert mega.gap_s < 2.0
+    assert (mega.driver.statistics.restarts, mega.driver.statistics.reconnections) == (1, 0)
+    mega.assert_counts_begin_a_new_epoch()
+    assert len(mega.warnings) == 1
+    assert mega.warnings[0].startswith("the board was reset (")
+
+
+def test_no_request_falls_into_the_bootloaders_window(mega):
+    """Resets at ten phases of the exchange of times, which is three requests a second."""
+    for phase in range(10):
+        mega.driver.poll(0.3 + 0.1 * phase)
+        reset_ns = mega.board.now_ns
+        mega.board.reset(ResetCause.EXTERNAL)
+        mega.driver.poll(1.6)
+        after_s = [(at_ns - reset_ns) / SECOND for at_ns in mega.line.written_ns]
+        assert not [s for s in after_s if 0.065 <= s < 0.915]
+    mega.driver.poll(1.0)
+    mega.end()
+    assert mega.driver.statistics.restarts == 10
+
+
+@pytest.mark.parametrize(
+    ("mega", "at_most_s"), [(True, 5.0), (False, 11.0)], indirect=["mega"], ids=["DTR", "no DTR"]
+)
+def test_a_bootloader_that_is_held(mega, at_most_s):
+    """A byte from somebody: nine seconds, unless DTR ends them. Silence is known after 2.5 s."""
+    mega.line.after(0.3, lambda: mega.board.write(b"A"))
+    mega.board.reset(ResetCause.EXTERNAL)
+    mega.driver.poll(12.0)
+    mega.end()
+    assert 2.5 < mega.gap_s < at_most_s
+    assert mega.driver.statistics.restarts == 1
+    assert mega.warnings[0].startswith("the board has sent nothing for 2.5 s")
+
+
+@pytest.mark.parametrize(
+    ("mega", "at_most_s"), [(True, 5.0), (False, 9.0)], indirect=["mega"], ids=["DTR", "no DTR"]
+)
+def test_a_host_that_finds_a_bootloader_held(mega, at_most_s):
+    """As by ModemManager, which asks every new port for a modem."""
+    mega.driver.stop()
+    mega.line.after(0.5, lambda: mega.board.write(b"AT"))
+    mega.board.reset(ResetCause.EXTERNAL)
+    mega.line.run(mega.board.now_ns + SECOND)
+    mega.board.read()
+    begun_ns = mega.board.now_ns
+    mega.driver.connect()
+    assert (mega.board.now_ns - begun_ns) / SECOND < at_most_s
+
+
+def test_an_old_bootloader_after_a_watchdog_reset():
+    """Nothing but the power ends that: the run does, with its patience."""
+    with VirtualBoard(ELF, seed=41, noise_volts=0.0, bootloader=Bootloader.OLD) as board:
+        run = Run(board, line_of(board, dtr_resets=True))
+        run.begin()
+        board.reset(ResetCause.WATCHDOG)
+        with pytest.raises(NoAnswer, match="has sent nothing for"):
+            run.driver.poll(60.0)
+        board.reset(ResetCause.POWER_ON)
+        run.driver.connect()
+
+
+# -- the port, and others at it
+
+
+@pytest.fixture
+def shared() -> Iterator[Run]:
+    """A run through a pseudo terminal, whose other end of the line a second program has as well."""
+    with VirtualBoard(ELF, seed=41, noise_volts=0.0) as board:
+        line = TerminalLine(board, BOARD.wire.baud, RAMPS, REVOLUTIONS_PER_S)
+        started = Run(board, line)
+        started.begin()
+        yield started
+        line.close()
+
+
+def told_after_s(run: Run, seconds: float) -> float:
+    """Poll for so long; when the first warning came."""
+    begun_ns, told_ns = run.board.now_ns, []
+    run.driver._on_warning = lambda text: (
+        told_ns.append(run.board.now_ns),
+        run.warnings.append(text),
+    )
+    run.driver.poll(seconds)
+    return (told_ns[0] - begun_ns) / SECOND
+
+
+def test_another_program_changes_the_lines_settings(shared):
+    """It is told and put right within a look at them, four times a second; 1 % of 5000 scans is 50,
+    and what the terminal has kept in its line mode comes damaged."""
+    settings = termios.tcgetattr(shared.line.other)
+    settings[0] |= termios.ISTRIP | termios.ICRNL
+    settings[3] |= termios.ICANON
+    settings[4] = settings[5] = termios.B9600
+    termios.tcsetattr(shared.line.other, termios.TCSANOW, settings)
+    assert told_after_s(shared, 5.0) < 0.3
+    shared.end()
+    assert shared.driver.statistics.scans_lost < 50
+    assert shared.driver.statistics.line_repairs == 1
+    assert shared.driver.statistics.restarts == 0
+    (warning,) = shared.warnings
+    assert f"has changed the settings of port {shared.line.path} (9600 baud)" in warning
+    assert warning.endswith("mask ModemManager, and close whatever monitors the port")
+
+
+def test_another_program_takes_bytes(shared):
+    """It is named where that can be seen; the frames that it leaves are good."""
+    thief = subprocess.Popen(["sleep", "60"], stdin=shared.line.other)
+    try:
+        shared.line.steal = 3
+        assert told_after_s(shared, 6.0) < 2.6
+    finally:
+        thief.kill()
+        thief.wait()
+    shared.line.steal = 0
+    shared.driver.poll(1.0)
+    shared.end()
+    assert "frames in 2 s were damaged: sleep (pid " in shared.warnings[-1]
+    assert shared.warnings[-1].endswith("has the port open as well and takes bytes: stop it")
+    assert shared.scans[-1].sequence > shared.scans[-90].sequence == shared.scans[-1].sequence - 89
+
+
+def test_another_program_takes_all(shared):
+    shared.line.steal, shared.line.steal_ns = 4096, 0
+    assert told_after_s(shared, 5.0) < 2.7
+    shared.line.steal = 0
+    shared.driver.poll(4.0)
+    shared.end()
+    assert len(shared.gaps) == 1 and shared.gap_s < 9.0
+    assert shared.warnings[0].startswith("the board has sent nothing for 2.5 s")
+
+
+def test_garbage_is_no_life(run):
+    """At 5 % of the bits no frame gets through, of all the bytes that come."""
+    run.board.set_faults(serial_bit_error_rate=0.05)
+    run.driver.poll(4.0)
+    run.board.set_faults()
+    run.driver.poll(3.0)
+    run.end()
+    assert sum(b.sequence - a.sequence for a, b in run.gaps) < 600
+    assert run.driver.statistics.reconnections == 1
+    assert any("nothing readable has come from the board for 2.5 s (" in w for w in run.warnings)
 
 
 @functools.cache
@@ -469,14 +643,14 @@ def test_two_hosts_on_one_port():
 def test_port_is_opened_again():
     controller, port = pty.openpty()
     opened = SerialPort(os.ttyname(port), BOARD.wire.baud)
-    opened.reopen(1.0)
+    opened.reopen(1.0, reset=False)
     os.write(controller, b"again")
     assert opened.read(1.0) == b"again"
     opened.close()
     os.close(controller)
     os.close(port)
     with pytest.raises(SerialPortError, match="does not exist"):
-        opened.reopen(0.0)
+        opened.reopen(0.0, reset=False)
 
 
 def test_patience_is_for_what_may_come_back(run):

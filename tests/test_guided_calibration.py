@@ -14,6 +14,7 @@ from offline_trial import ELF, VirtualBoard
 from towtank_bag.recorder import bag_attachments
 from towtank_bringup.plan import conversion_noise
 from towtank_bringup.rigs import rig_path
+from towtank_daq.board import Transport
 from towtank_daq.description import installed_description, load_description
 from towtank_lab import procedures
 from towtank_lab.accelerometer_calibration import specific_force
@@ -45,7 +46,7 @@ _LEAD_NS = 20_000_000
 _QUANTUM_NS = 200_000
 
 
-class VirtualLine:
+class VirtualLine(Transport):
     """Transport and clock on a virtual board, and its bench: reading lets their time pass."""
 
     def __init__(self, board: VirtualBoard, sensors: VirtualSensors) -> None:

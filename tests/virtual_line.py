@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The driver's line to a virtual board without a clock; its sensors drift, its shafts turn."""
+"""The driver's lines to a virtual board without a clock; its sensors drift, its shafts turn."""
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
+import pty
 from collections.abc import Callable, Sequence
 
-from towtank_daq.serial_port import SerialPortError
-from vboard import BenchFrame, VirtualBoard
+from towtank_daq.board import Transport
+from towtank_daq.serial_port import SerialPort, SerialPortError
+from vboard import BenchFrame, ResetCause, VirtualBoard
 
 MS = 1_000_000
 SECOND = 1_000_000_000
@@ -15,9 +19,10 @@ COUNTS = 4096  # of a shaft's revolution
 _QUANTUM_NS = 100_000  # how finely the line is looked at
 
 
-class VirtualLine:
+class VirtualLine(Transport):
     """A driver's transport and clock; reading lets the board's time pass. It can be unplugged.
 
+    dtr_resets: whether a pulse of DTR resets the board, as a Mega's USB does.
     ramps: of the terminals, by channel: V at the start, V/s. revolutions_per_s: of crank and
     carriage.
     """
@@ -27,10 +32,13 @@ class VirtualLine:
         board: VirtualBoard,
         ramps: Sequence[tuple[float, float]],
         revolutions_per_s: tuple[float, float],
+        dtr_resets: bool = False,
     ) -> None:
         self.board = board
+        self._dtr_resets = dtr_resets
         self._ramps = ramps
         self.plugged_ns = 0
+        self.written_ns: list[int] = []  # when the driver has written
         self.crank_jitter = 0.0  # rad, to and fro with every bench frame
         self.crank_rate, self.carriage_rate = (2 * math.pi * r for r in revolutions_per_s)  # rad/s
         self._crank = self._carriage = 0.0
@@ -46,6 +54,7 @@ class VirtualLine:
 
     def write(self, data: bytes) -> None:
         self._check()
+        self.written_ns.append(self.board.now_ns)
         self.board.write(data)
 
     def read(self, timeout_s: float) -> bytes:
@@ -57,11 +66,13 @@ class VirtualLine:
                 return data
             self.run(min(end_ns, self.board.now_ns + _QUANTUM_NS))
 
-    def reopen(self, timeout_s: float) -> None:
+    def reopen(self, timeout_s: float, reset: bool) -> None:
         end_ns = self.board.now_ns + round(1e9 * timeout_s)
         self.run(min(end_ns, max(self.plugged_ns, self.board.now_ns)))
-        self.board.read()  # what was sent into an unplugged cable
         self._check()
+        if reset and self._dtr_resets:
+            self.board.reset(ResetCause.EXTERNAL)
+        self.board.read()  # what was sent into an unplugged cable, or a closed port
 
     def after(self, seconds: float, event: Callable[[], None]) -> None:
         """Something happens to the board, whatever the driver is doing then."""
@@ -92,3 +103,56 @@ class VirtualLine:
     def _check(self) -> None:
         if self.board.now_ns < self.plugged_ns:
             raise SerialPortError("port board is gone: plug the board in and configure again")
+
+
+class TerminalLine(VirtualLine):
+    """The same through a pseudo terminal and the driver's serial port, where others can interfere.
+
+    other: what another program has of the port when it has opened it. steal: bytes of the board
+    that it takes at a time, every steal_ns.
+    """
+
+    def __init__(self, board: VirtualBoard, baud: int, *args: object, **kwargs: object) -> None:
+        super().__init__(board, *args, **kwargs)
+        self._board_side, self.other = pty.openpty()
+        os.set_blocking(self._board_side, False)
+        os.set_blocking(self.other, False)
+        self.path = os.ttyname(self.other)
+        self.port = SerialPort(self.path, baud)
+        self.steal, self.steal_ns = 0, 50 * MS
+        self._stolen_ns = 0
+
+    def close(self) -> None:
+        self.port.close()
+        os.close(self._board_side)
+        os.close(self.other)
+
+    def write(self, data: bytes) -> None:
+        self.port.write(data)
+        with contextlib.suppress(BlockingIOError):
+            super().write(os.read(self._board_side, 4096))
+
+    def read(self, timeout_s: float) -> bytes:
+        end_ns = self.board.now_ns + round(1e9 * timeout_s)
+        while True:
+            data = self.port.read(0.0)
+            if data or self.board.now_ns >= end_ns:
+                return data
+            self.run(min(end_ns, self.board.now_ns + _QUANTUM_NS))
+            sent = self.board.read()
+            if sent:
+                os.write(self._board_side, sent)
+            if sent and self.steal and self.board.now_ns >= self._stolen_ns + self.steal_ns:
+                self._stolen_ns = self.board.now_ns
+                with contextlib.suppress(BlockingIOError):
+                    os.read(self.other, self.steal)
+
+    def reopen(self, timeout_s: float, reset: bool) -> None:
+        super().reopen(timeout_s, reset)
+        self.port.reopen(timeout_s, reset)
+
+    def look_after(self) -> str:
+        return self.port.look_after()
+
+    def suspects(self) -> str:
+        return self.port.suspects()

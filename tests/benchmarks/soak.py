@@ -20,7 +20,7 @@ from typing import Any
 import click
 from rich.console import Console
 from rich.table import Table
-from towtank_daq.board import AdcBoard, Scan
+from towtank_daq.board import AdcBoard, Scan, Transport
 from towtank_daq.configuration import configuration_at
 from towtank_daq.description import BoardDescription, installed_description, load_description
 from towtank_daq.protocol import HealthRecord, Protocol
@@ -111,7 +111,7 @@ def swing(axis: int, seconds: float) -> float:
     return AMPLITUDE[axis] * height
 
 
-class SwingingBench:
+class SwingingBench(Transport):
     """Transport and clock on a virtual board whose shafts swing; reading lets its time pass."""
 
     def __init__(self, board: Any, moving_s: int) -> None:
@@ -135,10 +135,6 @@ class SwingingBench:
                 return data
             self._feed()
             self._board.run_until(min(end_ns, self._board.now_ns + _QUANTUM_NS))
-
-    def reopen(self, timeout_s: float) -> None:
-        """Never: this line does not go."""
-        raise OSError("the virtual board's line is lost; this bench cannot open it anew")
 
     def counts(self, axis: int, at_s: float) -> float:
         """Where a shaft is, in counts from where it began."""

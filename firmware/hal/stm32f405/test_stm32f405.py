@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from towtank_daq.board import AdcBoard, BoardError
+from towtank_daq.board import AdcBoard, BoardError, Transport
 from towtank_daq.description import load_description
 from towtank_daq.protocol import Protocol
 
@@ -26,7 +26,7 @@ ELF = ROOT / "build" / "firmware" / "towtank_stm32f405.elf"
 PROTOCOL = Protocol(load_description(ROOT / "firmware" / "protocol" / "board.yaml"))
 
 
-class Line:
+class Line(Transport):
     """The USART as a transport."""
 
     def __init__(self, connection: socket.socket) -> None:
@@ -39,8 +39,8 @@ class Line:
     def write(self, data: bytes) -> None:
         self._connection.sendall(data)
 
-    def reopen(self, timeout_s: float) -> None:
-        raise OSError("QEMU has ended")
+    def reopen(self, timeout_s: float, reset: bool) -> None:
+        """The emulated USART has no DTR; a busy computer may be slow to start the firmware."""
 
 
 class Debugger:

@@ -55,7 +55,7 @@ def test_the_crank_obeys(tmp_path, runtime, monkeypatch):
         (
             *(str(firmware / VIRTUAL_BOARD), "--elf", str(firmware / FIRMWARE_IMAGE)),
             *("--pty-link", str(tmp_path / "board"), "--bench-socket", str(tmp_path / "bench")),
-            *("--crank-motor", "--bootloader", "none", "--no-dtr-reset"),
+            "--crank-motor",
         ),
         "ready",
     )

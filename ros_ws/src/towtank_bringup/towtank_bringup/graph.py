@@ -210,7 +210,6 @@ def virtual_board(tank: VirtualTankSettings) -> Program:
             str(tank.port),
             "--bench-socket",
             str(tank.bench_socket),
-            *("--bootloader", "none", "--no-dtr-reset"),
             "--crank-cpr",
             str(tank.crank_cpr),
             "--carriage-cpr",

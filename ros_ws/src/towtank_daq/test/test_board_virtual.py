@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from towtank_daq.board import AdcBoard, BoardError
+from towtank_daq.board import AdcBoard, BoardError, Transport
 from towtank_daq.configuration import Configuration, configuration_at
 from towtank_daq.identity import NO_NUMBER, StoredIdentity
 
@@ -39,7 +39,7 @@ def vboard():
     return module
 
 
-class VirtualLine:
+class VirtualLine(Transport):
     """Transport and clock on a virtual board: reading is what makes its time pass."""
 
     def __init__(self, vboard, board) -> None:

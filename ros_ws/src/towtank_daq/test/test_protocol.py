@@ -122,7 +122,7 @@ def test_wire_times(protocol):
 def test_names_for_people(protocol):
     assert protocol.reset_causes(0x08) == "watchdog"
     assert protocol.reset_causes(0x05) == "power_on + brown_out"
-    assert protocol.reset_causes(0) == "unknown cause"
+    assert protocol.reset_causes(0) == "unknown cause (a bootloader hides it)"
 
 
 def test_description_with_other_fields_is_refused(description):

@@ -312,6 +312,8 @@ class AdcBoardNode(ManagedNode):
             "scans_bad": counted.scans_bad,
             "restarts": counted.restarts,
             "reconnections": counted.reconnections,
+            "line_repairs": counted.line_repairs,
+            "silence_s": f"{board.silence_s:.1f}",
             "bad_frames": counted.frames.bad,
             "unknown_frames": counted.unknown_frames,
             "sync_failures": counted.sync_failures,

@@ -22,6 +22,24 @@ cannot know.)
 When the line goes in the middle of a run, the driver opens it again as soon as it is there. A board
 that has run on meanwhile (its time tells) is just listened to again: its numbers say to the scan
 what was lost. One that has not is started again as above.
+
+Nothing is said to a board that is not heard. A Mega that was reset for whatever cause is in its
+bootloader for a second, where one byte holds it for nine more; a request is therefore sent right
+behind one of the board's own frames, which come with every scan, or else once a second. (The
+drive's orders to stop are sent in any case.)
+
+Life is judged by what is wanted: valid channels, in scans, in good frames. Bytes alone are none.
+What is done, from the least to the last:
+
+1. A damaged frame is dropped, and the next zero byte begins a frame. Many of them are told.
+2. The port's settings are looked at four times a second, and written anew when another program has
+   changed them.
+3. No scan for 2.5 s though the board is heard, or a board that says that it is idle or was reset:
+   the stream is started again, from `identify` on. Scans without a valid channel are the board's to
+   mend (it sets its ADC up anew); they are told after a second.
+4. No good frame for 2.5 s: the port is closed, and opened again with a pulse of DTR, which resets a
+   board that hangs; then the driver is quiet, longer than any bootloader is held (10.5 s).
+5. After `patience_s` the run ends with the error.
 """
 
 from __future__ import annotations
@@ -57,12 +75,12 @@ from towtank_daq.protocol import (
 )
 from towtank_daq.self_test import SelfTest, judge
 
-CONNECT_TIMEOUT_S = 8.0
-_BOOTLOADER_S = 2.5  # opening a real port resets the board; its bootloader waits about this long
+CONNECT_TIMEOUT_S = 13.0  # a bootloader that is held when the port is opened, and some
+_HELD_S = 10.5  # so long after the last byte no bootloader is held any more: a Mega's is for 9 s
 _IDENTIFY_TIMEOUT_S = 0.3
 _ANSWER_TIMEOUT_S = 0.5
 _SELF_TEST_TIMEOUT_S = 1.0  # it takes 0.26 s
-_RESET_TIMEOUT_S = 4.0  # its watchdog's 0.5 s, and on a real port the bootloader
+_RESET_TIMEOUT_S = 4.0  # its watchdog's 0.5 s, and the bootloader's 0.9 s
 _ATTEMPTS = 3
 _SYNC_TRIES = 3
 _SYNC_TIMEOUT_S = 0.05
@@ -72,13 +90,22 @@ _FIRST_SYNC_ATTEMPTS = 20
 _FIRST_SYNC_SPACING_S = 0.15  # with 50 us of jitter the slope is then known to about 100 ppm
 _SCAN_PATIENCE_S = 0.1  # how long a due sync try waits for a scan to go just behind it
 _LOOK_AROUND_NS = 100_000_000  # longest wait for bytes before sync and silence are looked at
-_SILENCE_S = 3.0  # health frames come once a second, whatever else happens
+_SILENCE_S = 2.5  # health frames come once a second, and a reset Mega's boot frame after 0.95 s
+_SCANLESS_S = 2.5  # scans come ten times a second at least
+_FRESH_S = 0.05  # since a frame: the UART of a board that was reset behind it is still off (65 ms)
+_FRESH_IDLE_S = 1.2  # of an idle board, which is heard once a second
+_HEAR_S = 0.15  # until the next frame of a board that streams
+_HEAR_IDLE_S = 1.1
+_LINE_CHECK_S = 0.25
+_DAMAGE_PERIOD_S = 2.0
+_DAMAGED_SHARE = 0.05  # of the frames, from which on it is told
+_DAMAGE_AGAIN_S = 30.0
 _PATIENCE_S = 30.0  # time to find a plug that has come out and put it in again
 _RAN_ON_S = 0.5  # a board's time this far from what it should be: it was reset (that takes longer)
 
 
 class Transport(Interface):
-    """The line to the board."""
+    """The line to the board. What derives from it need not have what a simple line has not."""
 
     def read(self, timeout_s: float) -> bytes:
         """Block until at least one byte is there or the time is over; all bytes there are.
@@ -91,12 +118,24 @@ class Transport(Interface):
         """Send all of `data`. Raises OSError when the line is gone."""
         ...
 
-    def reopen(self, timeout_s: float) -> None:
-        """Open a line anew that is gone, and wait so long for it to be there again.
+    def reopen(self, timeout_s: float, reset: bool) -> None:
+        """Close the line and open it anew, and wait so long for it to be there again.
 
-        Raises OSError when it is not.
+        reset: with a pulse of DTR, which resets a board that is wired so; else without.
+        Raises OSError when it is not there.
         """
-        ...
+        raise OSError("the board's line is lost, and cannot be opened anew")
+
+    def look_after(self) -> str:
+        """Put right what another program has changed about the line: what that was, or ''.
+
+        Cheap: called several times a second. Raises OSError when the line is gone.
+        """
+        return ""
+
+    def suspects(self) -> str:
+        """Who else has the line open, as the subject of a sentence, or '' if nobody is known."""
+        return ""
 
 
 class BoardError(Exception):
@@ -105,6 +144,10 @@ class BoardError(Exception):
 
 class NoAnswer(BoardError):
     """Nothing comes from the board; that may change."""
+
+
+class _Silence(NoAnswer):
+    """No good frame for too long."""
 
 
 class Refused(BoardError):
@@ -165,6 +208,8 @@ class Statistics:
     """Received, but with at least one channel not valid."""
     restarts: int = 0
     reconnections: int = 0
+    line_repairs: int = 0
+    """How often another program had changed the line's settings."""
     sync_failures: int = 0
     unknown_frames: int = 0
     frames: FrameCounters = field(default_factory=FrameCounters)
@@ -218,7 +263,14 @@ class AdcBoard:
         self.health: HealthRecord | None = None
         self.drive_state: DriveState | None = None
         self.identity: Identity | None = None
-        self._last_frame_ns = 0
+        self._heard_ns: int | None = None  # when the last good frame came
+        self._spoke_ns = 0  # when the last byte went out, or the line was opened
+        self._silent_s = self._scanless_s = 0.0  # of waiting
+        self._silent_bytes = 0
+        self._line_check_ns = 0
+        self._damage_ns = 0
+        self._damage_told_ns: int | None = None
+        self._frames_before = (0, 0)
         self._boot_count: int | None = None
         self._booted = False
 
@@ -232,6 +284,8 @@ class AdcBoard:
         self._streaming = False
         self._down = ""  # why the stream must be started again
         self._line_gone = False
+        self._reset_wanted = False  # with a pulse of DTR, when the line is opened again
+        self._reopened = False  # and the board not yet heard on it
         self._lost_ns: int | None = None  # since when the run waits for line or board
         self._crank, self._carriage = _Counter(), _Counter()
         self._count_epoch = 0
@@ -256,33 +310,43 @@ class AdcBoard:
         """
         self._transport = transport
         self._streaming = False
-        self._line_gone = False
+        self._line_gone = self._reopened = False
+        self._heard_ns = None
         self._down = ""
 
     def connect(self, timeout_s: float = CONNECT_TIMEOUT_S) -> Identity:
         """Find the board and make sure that it speaks this protocol; leaves it idle.
 
-        A board that is running answers at once. One that resets because its port was opened must
-        be left in peace until its bootloader is through: it then reports its boot.
+        A board that runs is heard within a second. One that resets because its port was opened is
+        left in peace until its bootloader is through: it then reports its boot. A silent one is
+        reset by DTR; where that does nothing, it is waited for as for a bootloader that is held.
         """
-        end_ns = self._now_ns() + round(1e9 * timeout_s)
-        quiet_until_ns = self._now_ns() + round(1e9 * _BOOTLOADER_S)
-        self._last_frame_ns = self._now_ns()
-        while True:
-            self._booted = False
-            response = self._exchange("identify", _IDENTIFY_TIMEOUT_S)
-            if response is not None:
-                break
-            if self._now_ns() >= end_ns:
-                raise NoAnswer(self._no_answer(timeout_s))
-            self._wait(min(quiet_until_ns, end_ns), lambda: self._booted)
-        self.identity = self._identified(response)
+        self.identity = self._identified(self._find(timeout_s))
         self._command("stop")
         self._take_boot_count(self.counters())
         if self._last_scan_epoch and not self._has_run_on(self.board_time()):
             self._forget_counts()  # also where neither boot frame nor boot count tell of a reset
         self._count_epoch = max(self._count_epoch, self._boot_count)
         return self.identity
+
+    def _find(self, timeout_s: float) -> Response:
+        """The board's answer to `identify`."""
+        begun_ns = self._spoke_ns = self._now_ns()
+        pulsed = False
+        while True:
+            may_be_held = self._now_ns() - self._spoke_ns < 1e9 * _HELD_S
+            response = self._exchange(
+                "identify", _IDENTIFY_TIMEOUT_S, fresh_s=_FRESH_S if may_be_held else math.inf
+            )
+            if response is not None:
+                return response
+            passed_s = (self._now_ns() - begun_ns) / 1e9
+            if passed_s >= timeout_s:
+                raise NoAnswer(self._no_answer(timeout_s))
+            heard = self._heard_ns is not None and self._heard_ns >= begun_ns
+            if passed_s >= _SILENCE_S and not heard and not pulsed:
+                self._transport.reopen(0.0, reset=True)
+                pulsed = True
 
     def configure(self, configuration: Configuration) -> None:
         """Set how the idle board scans; it keeps that over resets and power cuts.
@@ -334,23 +398,27 @@ class AdcBoard:
         record = self._command("self_test", timeout_s=_SELF_TEST_TIMEOUT_S)
         return judge(record, self._board)
 
-    def reset(self) -> None:
-        """Let the board reset itself and wait until it is up again; it is idle then.
+    def reset(self) -> float:
+        """Let the board reset itself, by its watchdog, and wait until it is up again, idle.
 
-        A stream ends with it: its scans are those received so far.
+        A stream ends with it: its scans are those received so far. Returns the time taken, s.
         """
         self._streaming = False
         self._down = ""
         self._booted = False
         for _ in range(_ATTEMPTS):
+            asked_ns = self._now_ns()
             response = self._exchange("reset", _ANSWER_TIMEOUT_S)
             if response is not None:
                 self._accepted(response)
             # Also without an answer, which may have been lost: to ask again would reset it again
             self._wait(self._now_ns() + round(1e9 * _RESET_TIMEOUT_S), lambda: self._booted)
             if self._booted:
-                return
-        raise BoardError("the board does not come back from a reset: switch its power off and on")
+                return (self._now_ns() - asked_ns) / 1e9
+        raise BoardError(
+            "the board does not come back from a reset: switch its power off and on (a Mega's "
+            "bootloader of before 2012 does not survive the watchdog: burn a newer one)"
+        )
 
     def board_time(self) -> SyncExchange:
         """One exchange of times with the board, which the clock does not learn from."""
@@ -381,6 +449,7 @@ class AdcBoard:
         try:
             self._command(
                 "drive",
+                blind=action in _DRIVE_STOPS,
                 action=self._board.drive_action[action],
                 speed=round(100 * speed_rpm),
                 counts_per_revolution=counts_per_revolution,
@@ -405,9 +474,10 @@ class AdcBoard:
         self._base = 0
         self._last_sequence = -1
         self._last_stamp_ns = None
-        self._line_gone = False
+        self._line_gone = self._reopened = False
         self._lost_ns = None
         self._adc_watch.reset()
+        self._damage_ns, self._damage_told_ns, self._frames_before = self._now_ns(), None, (0, 0)
         self._begin()
 
     def poll(self, timeout_s: float) -> None:
@@ -420,21 +490,18 @@ class AdcBoard:
         while True:
             try:
                 if self._line_gone:
-                    self._rejoin(end_ns)
-                if self._down:
+                    self._reopen(end_ns)
+                if self._reopened and self._is_heard(_FRESH_S):
+                    self._rejoin()
+                if self._down and self._is_heard(_FRESH_IDLE_S):
                     self._resume()
                 now_ns = self._now_ns()
                 self._synchronise(now_ns)
                 if now_ns >= end_ns:
                     return
-                heard = self._receive(min(end_ns, now_ns + _LOOK_AROUND_NS))
-                # Only a read that found nothing tells of silence: after a long stall of the host,
-                # all that the board has sent meanwhile is still to be read
-                if not heard and self._now_ns() - self._last_frame_ns > 1e9 * _SILENCE_S:
-                    raise NoAnswer(
-                        f"the board has sent nothing for {_SILENCE_S:g} s: check its power and "
-                        "cable"
-                    )
+                self._receive(min(end_ns, now_ns + _LOOK_AROUND_NS))
+                self._look_after_line()
+                self._judge_life()
             except (NoAnswer, OSError) as error:
                 self._wait_for(error)
                 if self._now_ns() >= end_ns:
@@ -469,30 +536,64 @@ class AdcBoard:
             self.connect(_RESET_TIMEOUT_S)
 
     @property
+    def silence_s(self) -> float:
+        """How long the driver has waited for a good frame since the last one, s."""
+        return self._silent_s
+
+    @property
     def streaming(self) -> bool:
         return self._streaming
 
     # -- commands
 
-    def _command(self, name: str, timeout_s: float = _ANSWER_TIMEOUT_S, **arguments: Any) -> Answer:
-        """The board's answer to a request; every request may be repeated safely."""
+    def _command(
+        self,
+        name: str,
+        timeout_s: float = _ANSWER_TIMEOUT_S,
+        blind: bool = False,
+        **arguments: Any,
+    ) -> Answer:
+        """The board's answer to a request; every request may be repeated safely.
+
+        blind: said also to a board that is not heard.
+        """
+        fresh_s = math.inf if blind else None
         for _ in range(_ATTEMPTS):
-            response = self._exchange(name, timeout_s, **arguments)
+            response = self._exchange(name, timeout_s, fresh_s, **arguments)
             if response is not None:
                 return self._accepted(response)
         raise NoAnswer(
             f"the board does not answer '{name}': check its cable, or reset it and try again"
         )
 
-    def _exchange(self, name: str, timeout_s: float, **arguments: Any) -> Response | None:
-        """One request and its response; None if none comes in time."""
+    def _exchange(
+        self, name: str, timeout_s: float, fresh_s: float | None = None, **arguments: Any
+    ) -> Response | None:
+        """One request and its response; None if none comes in time, or the board is not heard.
+
+        fresh_s: how old its last frame may be when the request is sent.
+        """
+        if fresh_s is None:
+            fresh_s = _FRESH_S if self._streaming else _FRESH_IDLE_S
+        if not self._is_heard(fresh_s):
+            patience_s = max(timeout_s, _HEAR_S if self._streaming else _HEAR_IDLE_S)
+            until_ns = self._now_ns() + round(1e9 * patience_s)
+            self._wait(until_ns, lambda: self._is_heard(fresh_s))
+            if not self._is_heard(fresh_s):
+                return None
         self._request_id = (self._request_id + 1) % 256
         self._response = None
         self._waiting_for = self._request_id
         self._transport.write(self._protocol.request(name, self._request_id, **arguments))
+        self._spoke_ns = self._now_ns()
         self._wait(self._now_ns() + round(1e9 * timeout_s), lambda: self._response is not None)
         self._waiting_for = None
         return self._response
+
+    def _is_heard(self, fresh_s: float) -> bool:
+        if math.isinf(fresh_s):
+            return True
+        return self._heard_ns is not None and self._now_ns() - self._heard_ns <= 1e9 * fresh_s
 
     def _accepted(self, response: Response) -> Answer:
         if not self._protocol.is_ok(response.status):
@@ -565,6 +666,7 @@ class AdcBoard:
         passed = self._periods_since_last_scan(self.clock.host_ns(self._first_tick))
         self._base = self._last_sequence + max(1, round(passed))
         self._streaming = True
+        self._scanless_s = 0.0
 
     def _periods_since_last_scan(self, host_ns: int) -> float:
         """How many of the board's own periods lie between the last scan and a host time."""
@@ -575,8 +677,9 @@ class AdcBoard:
     def _wait_for(self, error: NoAnswer | OSError) -> None:
         """Note that line or board are gone; raises the error when that has lasted too long."""
         now_ns = self._now_ns()
-        if isinstance(error, OSError):
+        if isinstance(error, OSError | _Silence):
             self._line_gone = True
+            self._reset_wanted = isinstance(error, _Silence)
         else:
             self._down = str(error)
         if self._lost_ns is None:
@@ -587,16 +690,90 @@ class AdcBoard:
             self._lost_ns = None
             raise error
 
-    def _rejoin(self, end_ns: int) -> None:
-        """Open the line again; a board that has run on streams on."""
+    def _reopen(self, end_ns: int) -> None:
+        """Open the line again, and be quiet until the board is heard."""
         until_ns = min(end_ns, self._lost_ns + self._patience_ns)
-        self._transport.reopen(max(0.0, (until_ns - self._now_ns()) / 1e9))
-        self._line_gone = False
-        self._last_frame_ns = self._now_ns()
+        left_s = max(0.0, (until_ns - self._now_ns()) / 1e9)
+        self._transport.reopen(left_s, reset=self._reset_wanted)
+        self._line_gone, self._reopened = False, True
+        self._heard_ns, self._silent_s, self._silent_bytes = None, 0.0, 0
+        self._reader.reset()
         self.statistics.reconnections += 1
+
+    def _rejoin(self) -> None:
+        """The board is heard on the line that was opened again; one that has run on streams on."""
+        self._reopened = False
+        if self._down:
+            return
         exchange = self._sync_try()
         if exchange is None or not self._has_run_on(exchange):
-            self._down = "the line was gone"
+            self._down = self._down or "the line was gone"
+
+    def _look_after_line(self) -> None:
+        now_ns = self._now_ns()
+        if now_ns - self._line_check_ns < 1e9 * _LINE_CHECK_S:
+            return
+        self._line_check_ns = now_ns
+        repaired = self._transport.look_after()
+        if repaired:
+            self.statistics.line_repairs += 1
+            self._on_warning(repaired)
+        if now_ns - self._damage_ns >= 1e9 * _DAMAGE_PERIOD_S:
+            self._judge_damage(now_ns)
+
+    def _judge_damage(self, now_ns: int) -> None:
+        """Tell when many frames were damaged since the last call."""
+        counters = self._reader.counters
+        good, bad = (
+            now - before
+            for now, before in zip(
+                (counters.frames, counters.bad), self._frames_before, strict=True
+            )
+        )
+        self._damage_ns, self._frames_before = now_ns, (counters.frames, counters.bad)
+        told_ns = self._damage_told_ns
+        if told_ns is not None and now_ns - told_ns < 1e9 * _DAMAGE_AGAIN_S:
+            return
+        if bad > _DAMAGED_SHARE * (good + bad):
+            self._damage_told_ns = now_ns
+            self._on_warning(
+                f"{bad} of {good + bad} frames in {_DAMAGE_PERIOD_S:g} s were damaged: "
+                + self._line_advice("check the cable and its ground")
+            )
+
+    def _line_advice(self, otherwise: str) -> str:
+        """What to do about bytes that are damaged or do not come."""
+        suspects = self._transport.suspects()
+        if not suspects:
+            return otherwise
+        return f"{suspects} has the port open as well and takes bytes: stop it"
+
+    def _judge_life(self) -> None:
+        """Whether board and line do what is wanted of them; the ladder of this module's text."""
+        limit_s = _HELD_S if self._reopened else _SILENCE_S
+        lost_ns = self._lost_ns
+        impatient = lost_ns is not None and self._now_ns() - lost_ns >= self._patience_ns
+        if self._silent_s > limit_s or (impatient and not self._is_heard(_SILENCE_S)):
+            raise _Silence(self._silence())
+        if self._streaming and not self._down and self._scanless_s > _SCANLESS_S:
+            self._scanless_s = 0.0
+            self._down = f"the board has sent no scan for {_SCANLESS_S:g} s, but other frames"
+
+    def _silence(self) -> str:
+        """What is wrong when nothing readable comes."""
+        seconds = max(self._silent_s, _SILENCE_S)
+        if not self._silent_bytes:
+            return f"the board has sent nothing for {seconds:.1f} s: " + self._line_advice(
+                "check its power and cable"
+            )
+        return (
+            f"nothing readable has come from the board for {seconds:.1f} s "
+            f"({self._silent_bytes} bytes): "
+            + self._line_advice(
+                "another program (ModemManager, a serial monitor) may read the port, or its cable "
+                "is bad"
+            )
+        )
 
     def _has_run_on(self, exchange: SyncExchange) -> bool:
         """Whether the board's time is where it must be, or else it was reset."""
@@ -618,7 +795,7 @@ class AdcBoard:
     def _synchronise(self, now_ns: int) -> None:
         """Make the next sync try when it is due, just behind a scan if these are coming: the
         line is then free, and tries of one round lie at different phases of other traffic."""
-        if not self._streaming or now_ns < self._next_sync_ns:
+        if not self._streaming or now_ns < self._next_sync_ns or not self._is_heard(_FRESH_S):
             return
         if self._tries_left == 0:
             self._tries, self._tries_left, self._scan_seen = [], _SYNC_TRIES, False
@@ -651,17 +828,27 @@ class AdcBoard:
 
     def _receive(self, until_ns: int) -> bool:
         """Take in what has come; False if nothing comes before `until_ns`."""
-        data = self._transport.read(max(0.0, (until_ns - self._now_ns()) / 1e9))
+        begun_ns = self._now_ns()
+        data = self._transport.read(max(0.0, (until_ns - begun_ns) / 1e9))
+        received_ns = self._now_ns()
+        # Silence is counted in waiting: a host that was held up has all that was sent meanwhile
+        # still to read
+        waited_s = min(received_ns - begun_ns, _LOOK_AROUND_NS) / 1e9
+        self._silent_s += waited_s
+        self._scanless_s += waited_s
+        self._silent_bytes += len(data)
         if not data:
             return False
-        received_ns = self._now_ns()
-        for payload in self._reader.feed(data):
+        payloads = self._reader.feed(data)
+        if payloads:
+            self._heard_ns = received_ns
+            self._silent_s, self._silent_bytes = 0.0, 0
+        for payload in payloads:
             try:
                 record = self._protocol.decode(payload)
             except ProtocolError:
                 self.statistics.unknown_frames += 1
                 continue
-            self._last_frame_ns = received_ns
             match record:
                 case DataRecord():
                     self._take_data(record, received_ns)
@@ -692,6 +879,7 @@ class AdcBoard:
         if sequence <= self._last_sequence:
             self.statistics.unknown_frames += 1
             return
+        self._scanless_s = 0.0
         self.statistics.scans_received += 1
         self.statistics.scans_lost += sequence - self._last_sequence - 1
         if record.valid_mask != self._all_valid:
@@ -794,6 +982,9 @@ TRIP_ADVICE = {
     "crank), then clear the trip",
 }
 """What to do about a trip of the drive, by its name in board.yaml."""
+
+_DRIVE_STOPS = ("stop", "emergency_stop")
+"""Actions of the drive that are sent also to a board that is not heard: it may hear them."""
 
 _CONFIGURATION_LOST = {
     "stored_older": "the board lost power while it stored a configuration: it has the one before",

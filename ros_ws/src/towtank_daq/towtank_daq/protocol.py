@@ -348,7 +348,8 @@ class Protocol:
     def reset_causes(self, bits: int) -> str:
         """Names of the bits in `reset_cause`, for people."""
         causes = self.board.reset_cause
-        return " + ".join(name for name, bit in causes.items() if bits & bit) or "unknown cause"
+        known = " + ".join(name for name, bit in causes.items() if bits & bit)
+        return known or "unknown cause (a bootloader hides it)"
 
     def adc_errors(self, bits: int) -> str:
         """Names of the bits in `adc_error_bits`, for people."""
