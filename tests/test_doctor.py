@@ -14,11 +14,11 @@ from towtank_bringup.plan import EEPROM_BYTES, conversion_noise
 from towtank_bringup.rigs import rig_path
 from towtank_daq.board import AdcBoard
 from towtank_daq.description import installed_description, load_description
-from towtank_daq.doctor import REST_S, Examination, examine
+from towtank_daq.doctor import REST_S, Examination, examine, port_checks
 from towtank_daq.identity import eeprom_image
 from towtank_daq.protocol import Protocol
 from towtank_rig import load_rig
-from vboard import VirtualBoard
+from vboard import Bootloader, VirtualBoard
 from virtual_line import COUNTS, MS, VirtualLine
 
 RIG = load_rig(rig_path("nit_calicut_2012"))
@@ -91,11 +91,12 @@ def test_sound_board():
     9 %, three of that."""
     found = found_on(moved=MOVED, given=MOVED)
     assert failures(found) == []
-    assert {"identity", "self-test", "scans", "noise", "encoders", "clock", "counters"} == set(
-        found.checks
-    )
+    assert set(found.checks) == {
+        *("identity", "reset", "self-test", "scans", "noise", "encoders", "clock", "counters")
+    }
     assert found.facts["last reset"] == "power_on" and names(found.not_checked) == [OF_THIS_BOARD]
     assert found.facts["board"] == found.facts["calibration id"] == "unset"
+    assert found.facts["bootloader"] == "none"
     shafts = {check.name: check.value for check in found.checks["encoders"]}
     assert shafts == {
         "crank at rest": pytest.approx(0, abs=1),
@@ -144,6 +145,28 @@ def test_what_is_wrong_is_named(names, mend, how):
     found = found_on(**how)
     assert failures(found) == names
     assert all(mend in check.mend for check in found.failures)
+
+
+def test_a_bootloader_is_found():
+    found = found_on(bootloader=Bootloader.SHIPPED)
+    assert failures(found) == []
+    assert found.facts["bootloader"] == "yes"
+    assert found.facts["last reset"] == "not told (a bootloader hides it)"
+
+
+def test_a_bootloader_that_does_not_survive_the_watchdog_is_found():
+    found = found_on(bootloader=Bootloader.OLD)
+    assert failures(found) == ["comes back by itself"]
+    assert "bootloader of before 2012 does not survive the watchdog" in found.failures[0].mend
+    without = [left for left in found.not_checked if left.name != OF_THIS_BOARD]
+    assert {left.wanted for left in without} == {"mend the reset first"}
+
+
+def test_others_at_the_port_are_found():
+    sound, crowded = port_checks("", True, 0), port_checks("screen (pid 7)", False, 2)
+    assert all(check.passed for check in sound)
+    assert not any(check.passed for check in crowded)
+    assert crowded[0].mend == "stop screen (pid 7)"
 
 
 def test_spi_errors_are_found():
@@ -202,9 +225,10 @@ def test_a_damaged_identity_is_found(tmp_path):
 
 
 def test_illegal_steps_are_found():
-    """A shaft that turns faster than the board can follow."""
+    """Two shafts that turn faster than the board can follow."""
     turns = 4 * 300_000 / COUNTS
-    found = found_on(moved=(turns, 0.0), from_s=0.0, given=(None, None))
+    travel = turns * RIG.sensors.carriage_encoder.wheel_circumference.value
+    found = found_on(moved=(turns, travel), from_s=0.0, given=(None, None))
     assert "illegal steps of both" in failures(found)
 
 

@@ -39,6 +39,8 @@ REST_S = 1.0
 """For so long from the start of the stream both shafts are left alone, s."""
 REST_COUNTS = 4  # a line of the encoder's disc: a shaft on an edge may tremble over it
 TURN_BY_HAND = 0.05  # of a shaft's turn, to which somebody finds a mark again
+_RESET_WITHOUT_BOOTLOADER_S = 0.9  # the watchdog's half a second, and start-up; else 1.4 s
+_LONGEST_RESET_S = 2.5
 _STACK_RESERVE = 256  # bytes; an interrupt that comes in another takes some 40
 
 Passed = Callable[[float], None]
@@ -92,6 +94,8 @@ def examine(
 ) -> Examination:
     """Examine a board, which `connect()` need not have found yet; leaves it idle and configured.
 
+    It lets the board reset itself: encoder counts begin anew.
+
     scans: where the board's `on_scan` puts them. seconds: of streaming, with the sensors at rest.
     turns, travel: by how many, in its running sense, the crank is turned after REST_S, and by how
     many m along the run the carriage is moved; None if it is not.
@@ -99,7 +103,7 @@ def examine(
     Raises BoardError or OSError where there is no board to examine, OSError where its line goes.
     """
     identity = board.connect()
-    board.configure(configuration_at(description, round(rig.board.sample_rate.value)))
+    last_reset = board.counters().reset_cause
     facts = {
         "board": number_text(identity.board_serial),
         "firmware": ".".join(map(str, identity.firmware_version)),
@@ -108,10 +112,20 @@ def examine(
         "calibration id": number_text(identity.calibration_id),
     }
     left: list[NotChecked] = []
-    checks = {
-        "identity": tuple(_identity(board.stored_identity(), rig, left)),
-        "self-test": board.self_test().checks,
-    }
+    checks = {"identity": tuple(_identity(board.stored_identity(), rig, left))}
+    causes = [name for name, bit in description.reset_cause.items() if last_reset & bit]
+    facts["last reset"] = ", ".join(causes) or "not told (a bootloader hides it)"
+    try:
+        reset_s = board.reset()
+    except BoardError as error:
+        gone = Check("comes back by itself", math.nan, "s", 0.0, _LONGEST_RESET_S, str(error))
+        rest = (("self-test", "all"), ("scans", "stream"), *_TAKES_A_STREAM)
+        left += [NotChecked(*what, "mend the reset first") for what in rest]
+        return Examination(facts, {**checks, "reset": (gone,)}, tuple(left))
+    facts["bootloader"] = "yes" if reset_s > _RESET_WITHOUT_BOOTLOADER_S else "none"
+    checks["reset"] = (_comes_back(reset_s),)
+    board.configure(configuration_at(description, round(rig.board.sample_rate.value)))
+    checks["self-test"] = board.self_test().checks
     before = board.counters()
     scans.clear()
     try:
@@ -121,8 +135,6 @@ def examine(
         checks["scans"] = (Check("stream", 0, "", 1, 1, str(error)),)
         left += [NotChecked(*what, "mend the stream first") for what in _TAKES_A_STREAM]
         return Examination(facts, checks, tuple(left))
-    causes = [name for name, bit in description.reset_cause.items() if after.reset_cause & bit]
-    facts["last reset"] = ", ".join(causes) or "not told (a bootloader clears it)"
     checks["scans"] = tuple(_scans(board))
     checks["noise"] = tuple(_noise(scans, rig, description))
     new = {name: count - before.troubles[name] for name, count in after.troubles.items()}
@@ -181,6 +193,34 @@ def _identity(stored: StoredIdentity, rig: Rig, left: list[NotChecked]) -> Itera
 
 def _none(name: str, count: int, mend: str) -> Check:
     return Check(name, count, "", 0, 0, mend)
+
+
+def _comes_back(reset_s: float) -> Check:
+    return Check(
+        "comes back by itself",
+        reset_s,
+        "s",
+        0.0,
+        _LONGEST_RESET_S,
+        "its bootloader is held by bytes of another program: stop that",
+    )
+
+
+def port_checks(others: str, exclusive: bool, repairs: int) -> tuple[Check, ...]:
+    """Findings about the port, for whoever has opened it.
+
+    others: programs that have it open as well; exclusive: whether the kernel refuses it to further
+    ones; repairs: how often its settings had to be made anew.
+    """
+    return (
+        _none("others have it open", bool(others), f"stop {others or 'them'}"),
+        Check("held for this program", exclusive, "", 1, 1, "give the port of a serial driver"),
+        _none(
+            "settings changed by others",
+            repairs,
+            "mask ModemManager, and close whatever monitors the port",
+        ),
+    )
 
 
 def _scans(board: AdcBoard) -> Iterator[Check]:

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 from towtank_daq.board import AdcBoard, BoardError, Scan
 from towtank_daq.description import installed_description, load_description
-from towtank_daq.doctor import REST_S, Examination, examine
+from towtank_daq.doctor import REST_S, Examination, examine, port_checks
 from towtank_daq.protocol import Protocol
 from towtank_daq.self_test import Check
 from towtank_daq.serial_port import SerialPort
@@ -128,7 +128,8 @@ def _examine(
         say("looking for the board, and letting it test itself")
         # Without patience: a line that goes is a finding
         board = AdcBoard(line, protocol, scans.append, say, patience_s=0.0)
-        return examine(
+        others = line.suspects()
+        found = examine(
             board,
             scans,
             rig,
@@ -138,6 +139,8 @@ def _examine(
             travel=travel,
             passed=passed,
         )
+        port = port_checks(others, line.is_exclusive, board.statistics.line_repairs)
+        return dataclasses.replace(found, checks={"port": port, **found.checks})
     finally:
         line.close()
 
