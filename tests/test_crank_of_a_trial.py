@@ -35,7 +35,7 @@ def test_an_emergency_stop_ends_the_trial(tmp_path, environment):
         if line.startswith("settling"):
             break
     stop = subprocess.run(
-        [*TOWTANK, "crank", "emergency-stop"],
+        [*TOWTANK, "crank", "emergency-stop", "--trial", directory],  # and none of others
         capture_output=True,
         text=True,
         env=environment,
