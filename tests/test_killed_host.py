@@ -27,7 +27,17 @@ def trial(tmp_path_factory):
     """The directory of a trial whose board's node was killed 8 s into the log."""
     directory = tmp_path_factory.mktemp("trials") / "killed"
     process = subprocess.Popen(
-        [*TOWTANK, "trial", "--duration", "30", "--noise", "none", "--out", directory],
+        [
+            *TOWTANK,
+            "trial",
+            "--duration",
+            "30",
+            "--beyond-tank",
+            "--noise",
+            "none",
+            "--out",
+            directory,
+        ],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A whole trial in a native ROS 2 Jazzy: the same graph that `towtank trial` starts.
 
-    ros2 launch towtank_bringup trial.launch.py rig:=nit_calicut_2012 duration:=40 out:=DIR
+    ros2 launch towtank_bringup trial.launch.py rig:=nit_calicut_2012 duration:=15 out:=DIR
     ros2 launch towtank_bringup trial.launch.py port:=/dev/ttyACM0 out:=DIR
 
 Without `port` the virtual tank runs; TOWTANK_FIRMWARE must then name the folder that
@@ -37,14 +37,15 @@ from towtank_bringup.trial_directory import TrialDirectoryError
 ARGUMENTS = {
     "rig": ("nit_calicut_2012", "rig file, or name of one that comes with towtank"),
     "port": ("", "serial port of the ADC board; empty for the virtual board and tank"),
-    "duration": ("40.0", "logged time, s"),
+    "duration": ("", "logged time, s; empty for what the tank has room for, at most 40"),
+    "beyond_tank": ("false", "virtual tank: 'true' lets the run be longer than the tank"),
     "out": ("", "new directory for the trial; empty for one named by rig and time"),
     "plant_rig": ("", "virtual tank: the plant's own rig file; empty for the rig"),
     "noise": ("rig", "virtual tank: 'rig' for sensor errors from the rig's budget, or 'none'"),
     "seed": ("1", "virtual tank: seed of the sensor errors"),
     "sensor_faults": ("", "virtual tank: broken sensors and wires, CHANNEL:KIND@START[-STOP],…"),
 }
-CHOICES = {"noise": ["rig", "none"]}
+CHOICES = {"noise": ["rig", "none"], "beyond_tank": ["true", "false"]}
 ENVIRONMENT = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     "OPENBLAS_NUM_THREADS": "1",
@@ -140,7 +141,8 @@ def trial(context: LaunchContext) -> list:
     planned = plan_trial(
         rig=value["rig"],
         port=Path(value["port"]) if value["port"] else None,
-        duration=number(float, "duration", value),
+        duration=number(float, "duration", value) if value["duration"] else None,
+        beyond_tank=value["beyond_tank"] == "true",
         out=Path(value["out"]) if value["out"] else None,
         plant_rig=value["plant_rig"] or None,
         noise=value["noise"],
@@ -160,7 +162,9 @@ def trial(context: LaunchContext) -> list:
         package="towtank_bringup",
         executable="conduct",
         arguments=[
-            *("--rig", value["rig"], "--duration", value["duration"]),
+            *("--rig", value["rig"]),
+            *(("--duration", value["duration"]) if value["duration"] else ()),
+            *(("--beyond-tank",) if value["beyond_tank"] == "true" else ()),
             *("--out", str(planned.directory.path), "--runtime", str(runtime)),
             *("--clock-offset-ns", str(told_to_all(planned.graph)["clock_offset_ns"])),
             *(("--port", value["port"]) if value["port"] else ()),

@@ -32,7 +32,8 @@ def context(monkeypatch):
 
 
 def test_a_drive_that_is_not_heard_is_not_steady(context):
-    """The encoder falls silent before the drive has run steadily for long enough."""
+    """The encoder falls silent before the drive has run steadily for long enough; it may tell no
+    positions."""
     said = []
 
     def watch():

@@ -137,10 +137,16 @@ def test_what_is_not_built_is_named(firmware, tmp_path, missing):
         planned_graph(tmp_path)
 
 
-@pytest.mark.parametrize("duration", [4.9, float("nan")])
-def test_log_too_short_for_a_ratio_is_refused(firmware, tmp_path, duration):
-    with pytest.raises(PlanError, match=r"duration .* s: give at least"):
-        planned_graph(tmp_path, duration=duration)
+def test_a_run_beyond_the_tank_is_for_the_virtual_one(firmware, tmp_path):
+    port = tmp_path / "ttyACM0"
+    port.touch()
+    with pytest.raises(PlanError, match="or give --beyond-tank"):
+        planned_graph(tmp_path, duration=40.0)
+    assert planned_graph(tmp_path, duration=40.0, beyond_tank=True)
+    with pytest.raises(PlanError, match=r"lower run\.carriage_speed$"):
+        planned_graph(tmp_path, duration=40.0, port=port)
+    with pytest.raises(PlanError, match="leave --beyond-tank out"):
+        planned_graph(tmp_path, duration=10.0, port=port, beyond_tank=True)
 
 
 class _Recorded:
@@ -245,6 +251,22 @@ def test_launch_starts_the_boards_node_again_so_often(launched):
         board.keywords["on_exit"](event, context)
     with pytest.raises(RuntimeError, match="it ended with status -9"):
         board.keywords["on_exit"](event, context)
+
+
+def test_launch_passes_on_how_long_the_run_is_to_be(firmware, tmp_path, launch_file):
+    context = {name: default for name, (default, _) in launch_file.ARGUMENTS.items()}
+
+    def arguments(**changes):
+        out = {"out": str(tmp_path / f"o{len(list(tmp_path.iterdir()))}")}
+        return launch_file.trial({**context, **out, **changes})[0].keywords["arguments"]
+
+    assert not {"--duration", "--beyond-tank"} & set(arguments())
+    assert arguments(duration="10")[2:4] == ["--duration", "10"]
+    assert arguments(duration="40", beyond_tank="true")[2:5] == [
+        *("--duration", "40", "--beyond-tank")
+    ]
+    with pytest.raises(PlanError, match="needs a run of"):
+        arguments(duration="40")
 
 
 def test_launch_names_an_argument_that_is_no_number(firmware, tmp_path, launch_file):

@@ -28,7 +28,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rig", required=True)
     parser.add_argument("--port", type=Path)
-    parser.add_argument("--duration", type=float, required=True)
+    parser.add_argument("--duration", type=float)
+    parser.add_argument("--beyond-tank", action="store_true")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--runtime", type=Path, required=True)
     parser.add_argument("--clock-offset-ns", type=int, required=True)
@@ -37,6 +38,8 @@ def main() -> int:
     say = ProgressLine()
     try:
         planned = plan_trial(**vars(arguments))
+        for note in planned.notes():
+            print(note, file=sys.stderr)
         with StopRequest() as stop, marked(planned.directory):
             domain = domain_of_environment() or 0  # ROS's default
             with announced(planned.directory.path, domain, planned.on_virtual_tank):

@@ -188,15 +188,20 @@ class Conductor(Node):
 
     def wait_for_steady_drive(
         self, targets: dict[str, float], tolerance: float, steady_s: float, timeout_s: float
-    ) -> None:
+    ) -> float:
         """Wait until the measured rates of the joints have been at their targets for `steady_s`.
 
         targets: rate by joint, crank in rad/s and carriage in m/s; tolerance: fraction of it.
+        Returns the way that the carriage has run meanwhile, m, as far as it is known.
         """
         steady_since, steady_for = math.inf, 0.0
+        positions: list[float] = []  # of the carriage: the first and the last
 
         def on_joints(joints: JointState) -> None:
             nonlocal steady_since, steady_for
+            position = dict(zip(joints.name, joints.position, strict=False)).get("carriage")
+            if position is not None and math.isfinite(position):
+                positions[1:] = [position]
             rates = dict(zip(joints.name, joints.velocity, strict=True))
             near = all(
                 abs(rates[name] - target) <= tolerance * abs(target)
@@ -218,6 +223,7 @@ class Conductor(Node):
             )
         finally:
             self.destroy_subscription(subscription)
+        return positions[-1] - positions[0] if positions else 0.0
 
     def hold_crank(self, tolerance: float) -> None:
         """From now on the trial ends if the crank's drive does not hold its present speed.

@@ -9,20 +9,22 @@ from typing import Protocol
 import psutil
 from towtank_interfaces.msg import TrialEvent
 
-from towtank_bringup.conductor import Conductor, CrankStopped
-from towtank_bringup.plan import Course
+from towtank_bringup.conductor import Conductor, CrankStopped, TrialError
+from towtank_bringup.course_plan import STEADY_TIME_S, STEADY_TOLERANCE, Course, PlanError
 
-STEADY_TOLERANCE = 0.03
-"""Carriage and crank count as steady within this fraction of their set values."""
-STEADY_TIME_S = 1.0
 RUN_DOWN_S = 4.0
 """A crank without power is at rest by then, 60 rpm and the virtual tank's lead included."""
 
 
 class Drive(Protocol):
-    """What moves carriage and crank. `start_timeout_s`: how long they may take to run steadily."""
+    """What moves carriage and crank.
+
+    start_timeout_s: how long they may take to run steadily. attended: a person moves them, who may
+    let the carriage run before the crank does.
+    """
 
     start_timeout_s: float
+    attended: bool
 
     def start(self, conductor: Conductor, course: Course) -> None: ...
 
@@ -33,6 +35,7 @@ class VirtualDrive:
     """The virtual tank's drive, told by a service."""
 
     start_timeout_s = 60.0
+    attended = False
 
     def start(self, conductor: Conductor, course: Course) -> None:
         conductor.set_drive(course.carriage_speed, course.crank_rate, course.ramp_time)
@@ -46,11 +49,12 @@ class OperatorDrive:
     """A person at the carriage, told in words."""
 
     start_timeout_s = 300.0
+    attended = True
 
     def start(self, conductor: Conductor, course: Course) -> None:
         conductor.say(
-            f"start the carriage ({course.carriage_speed:g} m/s) and the crank "
-            f"({course.crank_rate:.4g} rad/s); the log starts by itself once both are steady"
+            f"start the crank ({course.crank_rate:.4g} rad/s), then the carriage "
+            f"({course.carriage_speed:g} m/s); the log starts by itself once both are steady"
         )
 
     def stop(self, conductor: Conductor, course: Course) -> None:
@@ -80,12 +84,14 @@ def run_course(
     conductor.mark(
         TrialEvent.DRIVE, carriage_speed=course.carriage_speed, crank_rate=course.crank_rate
     )
-    conductor.wait_for_steady_drive(
+    way = conductor.wait_for_steady_drive(
         {"carriage": course.carriage_speed, "crank": course.crank_rate},
         STEADY_TOLERANCE,
         STEADY_TIME_S,
         drive.start_timeout_s,
     )
+    if drive.attended:
+        course = _with_the_room_left(conductor, course, way)
     try:
         conductor.hold_crank(STEADY_TOLERANCE)
         cpu_cores = _log(conductor, course, process_tree)
@@ -105,6 +111,20 @@ def run_course(
     conductor.mark(TrialEvent.STOPPED)
     conductor.spin_for(0.5)  # the recorder takes the last events in
     conductor.shut_down()
+
+
+def _with_the_room_left(conductor: Conductor, course: Course, way: float) -> Course:
+    """The course whose log ends in the tank, after the carriage has run `way`, m."""
+    try:
+        left = course.after(way)
+    except PlanError as error:
+        raise TrialError(str(error)) from error
+    if left.duration < course.duration:
+        conductor.say(
+            f"log cut to {left.duration:g} s ({left.crank_periods:.1f} periods of the crank): the "
+            f"carriage has run {way:.1f} m already"
+        )
+    return left
 
 
 def _log(conductor: Conductor, course: Course, process_tree: psutil.Process) -> float:

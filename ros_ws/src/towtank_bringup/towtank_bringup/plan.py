@@ -17,6 +17,7 @@ from towtank_rig import Rig, load_rig
 from towtank_rig.conversion import crank_encoder
 from towtank_sim.terminal_faults import FaultError, TerminalFaults, parse_faults
 
+from towtank_bringup.course_plan import Course, PlanError, course_notes, plan_course
 from towtank_bringup.environment import as_text
 from towtank_bringup.graph import (
     FIRMWARE_IMAGE,
@@ -31,43 +32,7 @@ from towtank_bringup.graph import (
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.trial_directory import TrialDirectory
 
-MINIMUM_DURATION_S = 5.0
 EEPROM_BYTES = 4096
-
-
-class PlanError(ValueError):
-    """The trial cannot be as wished; the message names the cause and the mend."""
-
-
-@dataclass(frozen=True)
-class Course:
-    """What the carriage and the crank do. Times in s, speeds in m/s and rad/s.
-
-    settle_time: steady running before the log starts. The fish comes up from where it hung at rest
-    and swings slowly about its depth under way, with a period of 10 to 20 s; this lets the largest
-    of it die down, the drift removal of the analysis takes the rest.
-    """
-
-    duration: float
-    carriage_speed: float
-    crank_rate: float
-    ramp_time: float
-    settle_time: float = 15.0
-
-    @classmethod
-    def from_rig(cls, rig: Rig, duration: float) -> Course:
-        """The course that the rig file describes."""
-        return cls(
-            duration=duration,
-            carriage_speed=rig.run.carriage_speed.value,
-            crank_rate=rig.run.crank_rate.value,
-            ramp_time=rig.run.ramp_time.value,
-        )
-
-    @property
-    def run_length(self) -> float:
-        """Way of the carriage from rest to rest, m (a ramp counts half)."""
-        return self.carriage_speed * (self.settle_time + self.duration + self.ramp_time)
 
 
 @dataclass(frozen=True)
@@ -82,12 +47,7 @@ class PlannedTrial:
 
     def notes(self) -> list[str]:
         """What the experimenter should know before the start."""
-        if self.course.run_length <= self.rig.tank.length.value:
-            return []
-        return [
-            f"note: the carriage runs {self.course.run_length:.0f} m, the tank of {self.rig.name} "
-            f"is {self.rig.tank.length.value:g} m long"
-        ]
+        return course_notes(self.course, self.rig)
 
 
 def plan_trial(
@@ -95,7 +55,8 @@ def plan_trial(
     rig: str,
     runtime: Path,
     port: Path | None = None,
-    duration: float = 40.0,
+    duration: float | None = None,
+    beyond_tank: bool = False,
     out: Path | None = None,
     plant_rig: str | None = None,
     noise: str = "rig",
@@ -111,11 +72,8 @@ def plan_trial(
     clock_offset_ns: of the trial's clock, as towtank_node.trial_clock has it; read now if None.
     Raises RigError for a bad rig file, PlanError for what else cannot be.
     """
-    if not duration >= MINIMUM_DURATION_S:
-        raise PlanError(
-            f"duration {duration:g} s: give at least the {MINIMUM_DURATION_S:g} s that a heave "
-            "ratio needs"
-        )
+    if port and beyond_tank:
+        raise PlanError("a real carriage ends with its tank: leave --beyond-tank out")
     if port and not port.exists():
         raise PlanError(
             f"port {port} does not exist: connect the board, or leave the port out for the "
@@ -123,6 +81,7 @@ def plan_trial(
         )
     rig_file = rig_path(rig)
     loaded = load_rig(rig_file)
+    course = plan_course(loaded, duration, attended=port is not None, beyond_tank=beyond_tank)
     try:
         TerminalFaults(parse_faults(sensor_faults), loaded, loaded.board.channels)
     except FaultError as error:
@@ -158,7 +117,7 @@ def plan_trial(
     if clock_offset_ns is None:
         clock_offset_ns = ros_minus_monotonic_ns(time.time_ns)
     graph = joined(graph, clock_offset_ns)
-    return PlannedTrial(loaded, graph, Course.from_rig(loaded, duration), directory, port is None)
+    return PlannedTrial(loaded, graph, course, directory, port is None)
 
 
 def conversion_noise(rig: Rig) -> tuple[float, ...]:

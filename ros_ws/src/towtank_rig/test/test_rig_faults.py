@@ -295,6 +295,21 @@ def test_errors_that_an_old_bag_does_not_know_count_as_none_and_are_told():
     ] + ["sensors.accelerometer.errors: supply_ratio", "sensors.crank_encoder: zero_angle_error"]
 
 
+def test_what_an_old_bags_run_was_not_planned_by_has_a_default_and_is_told():
+    later = ("settling_time:", "clearance:")
+    old = parse_rig(
+        "\n".join(line for line in TEXT.splitlines() if not line.strip().startswith(later))
+    )
+    assert (old.run.settling_time.value, old.tank.clearance.value) == (15.0, 2.0)
+    told = [line for line in warnings(old) if " counts as " in line]
+    assert told == [
+        "run: settling_time is not given and counts as 15 s; add how long the tow takes to settle, "
+        "with the range that may be cut to",
+        "tank: clearance is not given and counts as 2 m; add what of its length a run must leave "
+        "free",
+    ]
+
+
 def test_check_tells_every_fault_in_order(tmp_path):
     path = tmp_path / "rig.yaml"
     path.write_text(TEXT.replace("1.2 m", "1.2 ft").replace(SPEED, ""), encoding="utf-8")
@@ -321,7 +336,7 @@ def test_no_warning_about_the_rigs_of_the_project(path):
         ({"fish.fins.0.area": 0.006, "fish.fins.1.area": 0.006}, "static margin -"),
         ({"fish.centre_of_gravity.z": "0.001 m"}, "capsize"),
         ({"lines.primary.length": 2.0}, "fish: hangs down to"),
-        ({"run.carriage_speed": 2.0}, "crank periods at full speed"),
+        ({"run.carriage_speed": 2.0}, "crank periods behind settling_time"),
         ({"sensors.fish_pressure.full_scale": 10000}, "full scale is 10000 Pa"),
         ({"sensors.carriage_encoder.counts_per_revolution": 40000}, "carriage_encoder: 80000"),
         ({"board.sample_rate": 5}, "10.0 samples a crank period"),

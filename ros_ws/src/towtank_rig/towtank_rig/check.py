@@ -29,7 +29,7 @@ def check_rig(path: str | Path) -> list[RigError | str]:
 
 def warnings(rig: Rig) -> list[str]:
     """Return what is implausible in a valid rig, one line each; empty if nothing is."""
-    checks = (_water, _displacements, _stability, _room, _instruments, _errors)
+    checks = (_water, _displacements, _stability, _room, _instruments, _planning, _errors)
     return [line for check in checks for line in check(rig)]
 
 
@@ -60,12 +60,14 @@ _PROCEDURES = {
 def longest_steady_run(rig: Rig) -> float:
     """Return for how many seconds the carriage can run at full speed between its two ramps.
 
-    Speed rises and falls evenly over ``run.ramp_time``; infinite if the carriage stands.
+    Speed rises and falls evenly over ``run.ramp_time``, and ``tank.clearance`` stays free;
+    infinite if the carriage stands.
     """
     speed = rig.run.carriage_speed.value
     if speed == 0.0:
         return math.inf
-    return max(rig.tank.length.value / speed - rig.run.ramp_time.value, 0.0)
+    room = rig.tank.length.value - rig.tank.clearance.value
+    return max(room / speed - rig.run.ramp_time.value, 0.0)
 
 
 def _water(rig: Rig) -> Iterator[str]:
@@ -126,9 +128,13 @@ def _room(rig: Rig) -> Iterator[str]:
                 f"{name}: hangs down to {depth:.2f} m when the carriage stands, the water is "
                 f"{rig.tank.depth.value:g} m deep"
             )
-    periods = longest_steady_run(rig) * rig.run.crank_rate.value / (2.0 * math.pi)
-    if rig.run.crank_rate.value > 0.0 and periods < 10.0:
-        yield f"run: the tank's length leaves {periods:.1f} crank periods at full speed; aim for 10"
+    logged = max(longest_steady_run(rig) - rig.run.settling_time.value, 0.0)
+    periods = logged * rig.run.crank_rate.value / (2.0 * math.pi)
+    if rig.run.crank_rate.value > 0.0 and periods < 5.0:
+        yield (
+            f"run: the tank's length leaves {periods:.1f} crank periods behind settling_time; "
+            "aim for 5"
+        )
 
 
 def _hanging_depths(rig: Rig) -> dict[str, float]:
@@ -168,6 +174,20 @@ def _instruments(rig: Rig) -> Iterator[str]:
         per_period = rig.board.sample_rate.value / turns["crank"]
     if per_period < 20.0:
         yield f"board: {per_period:.1f} samples a crank period; take at least 20"
+
+
+def _planning(rig: Rig) -> Iterator[str]:
+    """What a run is planned by, and a rig file may leave out, for those of old bags do."""
+    if "settling_time" not in rig.run.model_fields_set:
+        yield (
+            f"run: settling_time is not given and counts as {rig.run.settling_time}; add how long "
+            "the tow takes to settle, with the range that may be cut to"
+        )
+    if "clearance" not in rig.tank.model_fields_set:
+        yield (
+            f"tank: clearance is not given and counts as {rig.tank.clearance}; add what of its "
+            "length a run must leave free"
+        )
 
 
 def _errors(rig: Rig) -> Iterator[str]:

@@ -48,11 +48,16 @@ _SALINITY: TypeAdapter[Quantity] = TypeAdapter(Salinity)
 
 
 class Tank(Section):
-    """Inner dimensions; ``depth`` is the depth of water."""
+    """Inner dimensions; ``depth`` is the depth of water.
+
+    ``clearance``: of the length, what a run leaves free at both ends together. Rig files in old
+    bags lack it.
+    """
 
     length: Length
     width: Length
     depth: Length
+    clearance: Annotated[Quantity, SI("m", ge=0)] = Quantity(value=2.0, unit="m")
 
 
 class Rig(Section):

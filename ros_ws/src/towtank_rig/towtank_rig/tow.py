@@ -48,11 +48,17 @@ class TowPoint(Section):
 
 
 class Run(Section):
-    """What the carriage and the crank do in one trial."""
+    """What the carriage and the crank do in one trial.
+
+    ``settling_time``: steady running before the log, in which the tow comes up from where it hung
+    at rest; where the tank is short it may be cut to the low end of its range. Rig files in old
+    bags lack it.
+    """
 
     carriage_speed: Annotated[Quantity, SI("m/s", ge=0)]
     crank_rate: Annotated[Quantity, SI("rad/s", ge=0)]
     ramp_time: Annotated[Quantity, SI("s", gt=0)]
+    settling_time: Annotated[Quantity, SI("s", ge=0)] = Quantity(value=15.0, unit="s")
 
 
 Point = Literal["tow_point", "junction", "depressor", "fish"]

@@ -19,7 +19,9 @@ STUDIES = [
 ]
 
 # What no simulation of the tow knows: the tank's size, what only the sensors feel.
-WITHOUT_EFFECT = ("tank.", "water.temperature", "board.", "calibrations.", "sensors.")
+WITHOUT_EFFECT = (
+    *("tank.", "run.settling_time", "water.temperature", "board.", "calibrations.", "sensors."),
+)
 PORT = "sensors.fish_pressure.position."
 
 

@@ -51,6 +51,15 @@ def cpu(seconds: float, as_json: bool) -> None:
     run(source, "cpu.py", [], "--seconds", str(seconds), *(["--json"] if as_json else []))
 
 
+@command.command()
+@click.option("--rig", "rigs", multiple=True, help="Rig file, or name of one; may be repeated.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def settling(rigs: tuple[str, ...], as_json: bool) -> None:
+    """What the swing that a start leaves costs the heave ratio, by settling time and log."""
+    wishes = [f"--rig={rig}" for rig in rigs]
+    run(source_tree("the benchmarks"), "settling.py", [], *wishes, *(["--json"] if as_json else []))
+
+
 @command.command("bag-fuzz")
 @click.option("--cases", type=click.IntRange(min=1), default=10_000, show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True)

@@ -32,7 +32,12 @@ from towtank_bringup.trial_directory import TrialDirectoryError
 @click.option("--rig", default="nit_calicut_2012", help="Rig file, or name of one.")
 @click.option("--port", type=click.Path(path_type=Path), help="Serial port of the ADC board.")
 @click.option("--virtual", is_flag=True, help="Virtual board and tank (default without --port).")
-@click.option("--duration", type=float, default=40.0, help="Logged time, s (40).")
+@click.option(
+    "--duration", type=float, help="Logged time, s (what the tank has room for, at most 40)."
+)
+@click.option(
+    "--beyond-tank", is_flag=True, help="Virtual tank: let the run be longer than the tank."
+)
 @click.option("--out", type=click.Path(path_type=Path), help="New directory for the trial.")
 @click.option("--plant-rig", help="Virtual tank: the plant's own rig file (default: the rig).")
 @click.option(
@@ -66,6 +71,7 @@ def command(virtual: bool, as_json: bool, **wishes: Any) -> None:
             planned = plan_trial(runtime=runtime, **wishes)
             for note in planned.notes():
                 say(note)
+                say.close()
             with only_trial(planned.graph, DISCOVERY_S if shared else 0.0):
                 planned.directory.create()
                 try:
