@@ -13,6 +13,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from domain_coordinator import domain_id
 from mcap.reader import make_reader
 from towtank_bringup.rigs import rig_path
 
@@ -78,6 +79,13 @@ def shell(tmp_path):
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
     }
     return Shell(folder, environment)
+
+
+@pytest.fixture
+def ros_domain():
+    """One that nobody else is in."""
+    with domain_id() as domain:
+        yield domain
 
 
 def test_what_is_set_aside_is_said(shell):
@@ -191,8 +199,10 @@ def test_checkout_that_is_neither_set_up_nor_ones_own_says_what_to_do(tmp_path):
 
 
 @pytest.mark.trial
-def test_trial_in_it_all_until_the_terminal_goes(shell, tmp_path):
-    """Names of bytes that are no UTF-8 and an emoji; who read the progress has gone early."""
+def test_trial_in_it_all_until_the_terminal_goes(shell, ros_domain, tmp_path):
+    """In a domain that others may be in, names of bytes that are no UTF-8 and an emoji; who read
+    the progress has gone early."""
+    shell.environment["ROS_DOMAIN_ID"] = str(ros_domain)
     odd = tmp_path / os.fsdecode(b"tow_\xe9t\xe9 " + "🐟".encode())
     odd.mkdir()
     rig = odd / "my rig 🐟.yaml"

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from towtank_bringup.environment import NO_LOG_FILES
 from towtank_bringup.graph import CONDUCTOR, Graph
 
 DISCOVERY_S = 1.0
@@ -58,7 +59,9 @@ def _nodes_there(names: set[str], look_s: float) -> str:
     if look_s <= 0:
         return ""
     context = rclpy.Context()
-    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(
+        args=[*NO_LOG_FILES], context=context, signal_handler_options=SignalHandlerOptions.NO
+    )
     node = rclpy.create_node("towtank_look", context=context)
     try:
         end = time.monotonic() + look_s
