@@ -59,3 +59,13 @@ def test_any_other_process_ends_the_trial(started):
     kill(started, "/other")
     with pytest.raises(ProcessError, match="/other ended with status -9"):
         started.check(may_restart=True)
+
+
+def test_a_log_that_cannot_be_read_hides_no_end(started, tmp_path):
+    """Its directory was removed, or its disk has failed."""
+    kill(started, "/other")
+    (tmp_path / "other.log").unlink()
+    with pytest.raises(
+        ProcessError, match="/other ended with status -9: its log cannot be read: No such file"
+    ):
+        started.check()
