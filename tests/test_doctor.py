@@ -197,6 +197,7 @@ def test_an_adc_that_resets_itself_is_found():
     found = found_on(dips=True)
     assert failures(found) == ["scans with a bad channel", "scan overruns", "adc restarts"]
     assert "3.3 V supply" in found.failures[-1].mend
+    assert found.facts["ADC has told of"] == "power on"
 
 
 @pytest.mark.parametrize(

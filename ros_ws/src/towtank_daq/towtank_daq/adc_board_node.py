@@ -333,6 +333,7 @@ class AdcBoardNode(ManagedNode):
             details["board_configuration"] = self._protocol.configuration_origin(
                 health.configuration_origin
             )
+            details["board_adc_told_of"] = self._protocol.adc_errors(health.adc_error_bits)
             details |= {f"board_{name}": count for name, count in health.troubles.items()}
         return details
 

@@ -135,6 +135,9 @@ def examine(
         checks["scans"] = (Check("stream", 0, "", 1, 1, str(error)),)
         left += [NotChecked(*what, "mend the stream first") for what in _TAKES_A_STREAM]
         return Examination(facts, checks, tuple(left))
+    told = [name for name, bit in description.adc_error.items() if after.adc_error_bits & bit]
+    if told:
+        facts["ADC has told of"] = ", ".join(told).replace("_", " ")
     checks["scans"] = tuple(_scans(board))
     checks["noise"] = tuple(_noise(scans, rig, description))
     new = {name: count - before.troubles[name] for name, count in after.troubles.items()}
