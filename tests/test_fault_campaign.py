@@ -368,6 +368,7 @@ def test_reset_of_a_shipped_board(mega, cause):
     mega.board.reset(cause)
     mega.driver.poll(4.0)
     mega.end()
+    print(f"\n{cause.name.lower()}: no scans for {mega.gap_s:.2f} s")
     assert mega.gap_s < 2.0
     assert (mega.driver.statistics.restarts, mega.driver.statistics.reconnections) == (1, 0)
     mega.assert_counts_begin_a_new_epoch()
@@ -398,6 +399,7 @@ def test_a_bootloader_that_is_held(mega, at_most_s):
     mega.board.reset(ResetCause.EXTERNAL)
     mega.driver.poll(12.0)
     mega.end()
+    print(f"\nbootloader held: no scans for {mega.gap_s:.2f} s")
     assert 2.5 < mega.gap_s < at_most_s
     assert mega.driver.statistics.restarts == 1
     assert mega.warnings[0].startswith("the board has sent nothing for 2.5 s")
@@ -465,6 +467,7 @@ def test_another_program_changes_the_lines_settings(shared):
     termios.tcsetattr(shared.line.other, termios.TCSANOW, settings)
     assert told_after_s(shared, 5.0) < 0.3
     shared.end()
+    print(f"\nsettings changed: {shared.driver.statistics.scans_lost} scans lost")
     assert shared.driver.statistics.scans_lost < 50
     assert shared.driver.statistics.line_repairs == 1
     assert shared.driver.statistics.restarts == 0

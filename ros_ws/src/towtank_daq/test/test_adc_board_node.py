@@ -238,6 +238,23 @@ def test_acquisition_goes_on_when_the_port_comes_back(graph, virtual_board, tmp_
         again.communicate()
 
 
+@pytest.mark.timeout(60)
+def test_a_reset_in_the_run_of_a_board_with_a_bootloader(graph, virtual_board, tmp_path):
+    """Its reset button: the node stays active, and says so."""
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    made.spin_until(lambda: len(made.scans) > 50)
+    epoch = made.scans[-1].count_epoch
+    virtual_board.send_signal(signal.SIGUSR2)
+    made.spin_until(lambda: made.scans[-1].count_epoch == epoch + 1)
+    assert made.state == State.PRIMARY_STATE_ACTIVE
+    assert made.node._details()["restarts"] > 0
+    # A busy computer may hold the virtual board up for longer than a silence may last
+    told = re.compile(r"the board was reset \(|the board has sent nothing")
+    made.spin_until(lambda: any(told.match(status.message) for status in made.statuses))
+
+
 def _seconds(scan: AdcScan) -> float:
     return scan.header.stamp.sec + 1e-9 * scan.header.stamp.nanosec
 
