@@ -77,6 +77,24 @@ def test_a_speed_is_held_beside_every_scan(rig, rate_hz, filter_fs, rpm):
     assert (counted.scans_lost, counted.scans_bad) == (0, 0)
 
 
+def test_an_adc_that_is_set_up_over_and_over_does_not_hold_up_the_drive(rig):
+    """Dead for two seconds of 30 rpm, in which its set-up is begun ten times a second: the speed is
+    that of a sound board, and the opened loop takes the power as soon."""
+    rig.driver.configure(configuration_at(PROTOCOL.board, 100))
+    rig.driver.start()
+    rig.run(30.0, 5.0)
+    rig.board.set_faults(adc_silent=True)
+    before = rig.board.counters()["crank_counts"], rig.board.now_ns
+    rig.run(30.0, 2.0)  # a revolution
+    turns = (rig.board.counters()["crank_counts"] - before[0]) / COUNTS
+    seconds = (rig.board.now_ns - before[1]) / 1e9
+    assert 60 * turns / seconds == pytest.approx(30.0, rel=2.5e-3)
+    assert rig.state == ("running", "none")
+    assert rig.driver.counters().adc_restarts >= 15
+    rig.board.set_faults(adc_silent=True, emergency_stop_open=True)
+    assert rig.off_within(0.01) < 1e-3
+
+
 def test_start_and_stop_follow_the_ramp(rig):
     """10 rpm a second; the crank follows within what it lags, half a second's ramp."""
     rig.run(40.0, 2.0)
