@@ -301,18 +301,19 @@ static void give_to_host(real_time *self)
     }
 }
 
-// False when it is time to end.
-static bool obey_signals(real_time *self)
+// One at a time: whoever has had the statistics may open or close the port before asking for them again, and that is
+// looked at first. False when it is time to end.
+static bool obey_signal(real_time *self)
 {
     struct signalfd_siginfo signal;
-    while (read(self->signals, &signal, sizeof signal) == sizeof signal) {
-        if (signal.ssi_signo == SIGUSR1)
-            print_statistics(self);
-        else if (signal.ssi_signo == SIGUSR2)
-            vb_reset(self->board, BOARD_RESET_CAUSE_EXTERNAL);
-        else
-            return false;
-    }
+    if (read(self->signals, &signal, sizeof signal) != sizeof signal)
+        return true;
+    if (signal.ssi_signo == SIGUSR1)
+        print_statistics(self);
+    else if (signal.ssi_signo == SIGUSR2)
+        vb_reset(self->board, BOARD_RESET_CAUSE_EXTERNAL);
+    else
+        return false;
     return true;
 }
 
@@ -332,7 +333,7 @@ static bool serve(real_time *self)
         take_from_host(self);
     if (files[1].revents)
         bench_socket_serve(&self->socket, self->board);
-    return !files[2].revents || obey_signals(self);
+    return !files[2].revents || obey_signal(self);
 }
 
 // Returns 0, or -1 if the firmware has stopped.
