@@ -23,6 +23,7 @@ from towtank_bringup.run_file import RunFileError, RunningTrial, _process_start
 from towtank_bringup.verbs.crank import emergency_domains, one_domain
 from towtank_interfaces.msg import CrankDrive
 from towtank_node.qos import RELIABLE_QOS
+from towtank_node.quick_stop import quick_stop
 
 CLI = """
 import os, pathlib
@@ -111,6 +112,8 @@ def test_the_crank_obeys(tmp_path, runtime, monkeypatch):
         assert (status, "emergency stop" in words) == (1, True)
         assert crank("clear") == (0, "")
         conductor.wait_until(lambda: states[-1].state == CrankDrive.STOPPED, 20.0, "cleared")
+        assert quick_stop(trial.domain) == ""
+        conductor.wait_until(lambda: states[-1].state == CrankDrive.TRIPPED, 20.0, "trip")
         conductor.shut_down()
     finally:
         hung.kill()

@@ -15,6 +15,7 @@ from towtank_interfaces.msg import CrankDrive as CrankDriveMessage
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.qos import RELIABLE_QOS
+from towtank_node.quick_stop import QuickStop
 from towtank_node.trial_clock import TrialClock
 
 from towtank_daq.board import TRIP_ADVICE, BoardError, DriveState
@@ -47,6 +48,15 @@ class CrankDriveNode(Node):
         self.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
         self.diagnostics = NodeDiagnostics(self, _PERIOD_S, lambda: {"trip": self._trip}, clock)
         self.diagnostics.ready()
+        self._quick_stop: QuickStop | None = None
+        try:
+            self._quick_stop = QuickStop(
+                self.context.get_domain_id(), lambda: self._ask("emergency_stop")
+            )
+        except OSError as error:
+            self.get_logger().warning(
+                f"emergency stops come by the service only, not by the quick way: {error.strerror}"
+            )
 
     def attend(self, drive: CrankDrive | None) -> None:
         """Pass the service's requests to a drive from now on, or refuse them."""
@@ -73,23 +83,34 @@ class CrankDriveNode(Node):
                 self.get_logger().error(f"{state.trip.replace('_', ' ')}: {advice}")
                 self.diagnostics.fail(f"{state.trip.replace('_', ' ')}: {advice}")
 
+    def close(self) -> None:
+        """Listen to no emergency stop any more."""
+        if self._quick_stop is not None:
+            self._quick_stop.close()
+
     def _on_set_speed(
         self, request: SetCrankSpeed.Request, response: SetCrankSpeed.Response
     ) -> SetCrankSpeed.Response:
         action = _ACTIONS.get(request.action)
         if action is None:
             response.message = f"no action {request.action}: give one of SetCrankSpeed's constants"
-        elif self._drive is None:
-            response.message = "the board's node is not active: activate it first"
         else:
-            asked = self._drive.ask(action, request.crank_rate)
-            try:
-                asked.result(_ANSWER_S)
-                response.success = True
-            except NotInTime:
-                if action == "run":
-                    self._drive.take_back(asked)  # a crank that starts late would surprise
-                response.message = f"no answer within {_ANSWER_S:g} s: is the board still there?"
-            except (BoardError, OSError) as error:
-                response.message = str(error)
+            response.message = self._ask(action, request.crank_rate)
+            response.success = not response.message
         return response
+
+    def _ask(self, action: str, crank_rate: float = 0.0) -> str:
+        """Have the drive do it. Returns why it has not, or ''."""
+        drive = self._drive
+        if drive is None:
+            return "the board's node is not active: activate it first"
+        asked = drive.ask(action, crank_rate)
+        try:
+            asked.result(_ANSWER_S)
+        except NotInTime:
+            if action == "run":
+                drive.take_back(asked)  # a crank that starts late would surprise
+            return f"no answer within {_ANSWER_S:g} s: is the board still there?"
+        except (BoardError, OSError) as error:
+            return str(error)
+        return ""

@@ -17,6 +17,7 @@ from sensor_msgs.msg import Imu, JointState
 from towtank_interfaces.msg import CableState, CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed, SetDrive
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_node.quick_stop import quick_stop
 from towtank_rig.conversion import carriage_encoder, depth_from_pressure, pressure_conversion
 
 PERIOD_NS = 10_000_000
@@ -205,6 +206,8 @@ def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
     assert ask(SetCrankSpeed.Request.CLEAR_TRIP).success
     graph.spin_until(lambda: states[-1].state == CrankDrive.STOPPED, "cleared")
     assert "no action 9" in ask(9).message
+    assert quick_stop(graph.probe.context.get_domain_id()) == ""
+    graph.spin_until(lambda: states[-1].state == CrankDrive.TRIPPED, "the trip past ROS")
 
 
 # ---------------------------------------------------------------------------------- bench

@@ -8,12 +8,16 @@ It lives in the plant's process. What it is told holds from the plant's present 
 from __future__ import annotations
 
 import math
+import queue
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as NotInTime
 
 from rclpy.node import Node
 from towtank_interfaces.msg import CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.qos import RELIABLE_QOS
+from towtank_node.quick_stop import QuickStop
 from towtank_node.stamps import set_stamp
 from towtank_node.trial_clock import TrialClock
 
@@ -24,6 +28,7 @@ from towtank_sim.virtual_crank import CrankStatus
 
 _TURNING_NS = 100_000_000
 _STANDING_NS = 1_000_000_000
+_ANSWER_S = 2.0
 
 
 class VirtualCrankNode(Node):
@@ -46,12 +51,38 @@ class VirtualCrankNode(Node):
             self, _TURNING_NS * 1e-9, lambda: {"trip": self._status().trip}, clock
         )
         self._diagnostics.ready()
+        self._stops: queue.SimpleQueue[Future[None]] = queue.SimpleQueue()
+        self._quick_stop: QuickStop | None = None
+        try:
+            self._quick_stop = QuickStop(self.context.get_domain_id(), self._stop_quickly)
+        except OSError as error:
+            self.get_logger().warning(
+                f"emergency stops come by the service only, not by the quick way: {error.strerror}"
+            )
+
+    def close(self) -> None:
+        """Listen to no emergency stop any more."""
+        if self._quick_stop is not None:
+            self._quick_stop.close()
+
+    def _stop_quickly(self) -> str:
+        """From the quick stop's thread: the plant's own does it, at its next state."""
+        done: Future[None] = Future()
+        self._stops.put(done)
+        try:
+            done.result(_ANSWER_S)
+        except NotInTime:
+            return f"the plant does not answer within {_ANSWER_S:g} s"
+        return ""
 
     def _status(self) -> CrankStatus:
         return self._plant.crank.status(self._plant.time)
 
     def publish(self, stamp: int) -> None:
         """Publish the state if it is due; stamp: of the plant's state, ns since the epoch."""
+        while not self._stops.empty():
+            self._plant.crank.emergency_stop(self._plant.time)
+            self._stops.get().set_result(None)
         status, told = self._status(), self._told
         changed = told is None or (status.state, status.trip, status.target_rate) != (
             told.state,

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from towtank_node.quick_stop import quick_stop
 
 from towtank_bringup.ros_domain import DomainError, domain_of_environment
 from towtank_bringup.run_file import (
@@ -63,15 +64,19 @@ def stop(directory: Path | None) -> None:
 @_of_a_trial
 def emergency_stop(directory: Path | None) -> None:
     """Take the motor's power at once; the trip must be cleared."""
-    from towtank_bringup.crank_call import CrankCalls
-
     trials = running_trials()
     try:
         wanted, besides = emergency_domains(trials, directory, domain_of_environment())
     except (RunFileError, DomainError) as error:
         raise click.ClickException(f"{error}. {_OUTSIDE}") from error
-    with CrankCalls([*wanted, *besides]) as calls:
-        refusals = calls.ask("EMERGENCY_STOP", insistent=wanted)
+    # Past ROS first. What that does not reach, a node of an older program say, gets the call.
+    left = [domain for domain in (*wanted, *besides) if quick_stop(domain) != ""]
+    refusals = {}
+    if set(left) & set(wanted):
+        from towtank_bringup.crank_call import CrankCalls
+
+        with CrankCalls(left) as calls:
+            refusals = calls.ask("EMERGENCY_STOP", insistent=[d for d in left if d in wanted])
     for domain in wanted:
         if domain not in refusals:
             click.echo(f"emergency stop: {_name(trials, domain)}", err=True)
