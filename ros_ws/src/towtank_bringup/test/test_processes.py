@@ -16,7 +16,9 @@ from towtank_bringup.processes import ProcessError, ProcessGroup
 @pytest.fixture
 def started(monkeypatch, tmp_path):
     """Starts a stand-in for a node that may be restarted twice, and one that may not."""
-    monkeypatch.setattr(processes, "command_of", lambda item: ["sh", "-c", "echo up; exec sleep 60"])
+    monkeypatch.setattr(
+        processes, "command_of", lambda item: ["sh", "-c", "echo up; exec sleep 60"]
+    )
     group = ProcessGroup(tmp_path)
     group.start(
         (
