@@ -200,10 +200,11 @@ def main(cases: int, seed: int, only: int | None, as_json: bool) -> None:
         sys.exit(outcome.verdict not in RIGHT)
     counts: Counter[tuple[str, str]] = Counter()
     wrong = []
-    for outcome in fuzz(cases, seed):
-        counts[outcome.kind, outcome.verdict] += 1
-        if outcome.verdict not in RIGHT:
-            wrong.append(outcome)
+    with click.progressbar(fuzz(cases, seed), length=cases, file=sys.stderr) as outcomes:
+        for outcome in outcomes:
+            counts[outcome.kind, outcome.verdict] += 1
+            if outcome.verdict not in RIGHT:
+                wrong.append(outcome)
     if as_json:
         found = [{"damage": k, "outcome": v, "cases": n} for (k, v), n in sorted(counts.items())]
         click.echo(json.dumps({"cases": cases, "seed": seed, "found": found}, indent=2))
