@@ -15,11 +15,11 @@ import time
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
+from unittest.mock import patch
 
 import click
 from rich.console import Console
 from rich.table import Table
-from towtank_bag import writer
 from towtank_bag.qos_profile import OfferedQos
 from towtank_bag.recorder import POLL_PERIOD_S
 from towtank_bag.writer import BagWriter, RawMessage, Topic
@@ -55,8 +55,7 @@ def measure(folder: Path, seconds: float, forced: bool) -> Cost:
             sync(descriptor)
         takes.append((begin, time.monotonic()))
 
-    writer.os.fdatasync = timed
-    try:
+    with patch.object(os, "fdatasync", timed):
         before, busy = _written_bytes(), time.process_time()
         bag = BagWriter(folder / f"bag_{forced}", [TOPIC])
         end = time.monotonic() + seconds
@@ -66,8 +65,6 @@ def measure(folder: Path, seconds: float, forced: bool) -> Cost:
             bag.write([RawMessage(0, now, now, _text()) for _ in range(count)])
             time.sleep(POLL_PERIOD_S)
         bag.close()
-    finally:
-        writer.os.fdatasync = sync
     durations = sorted(end - begin for begin, end in takes)
     # Handed over right after one forcing began, it is safe when the next one has ended; the
     # recorder may have had it for a poll by then.
