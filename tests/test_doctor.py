@@ -36,13 +36,16 @@ def found_on(
     creep=0.0,
     rig=RIG,
     dips=False,
+    wander=0.0,
     **options,
 ) -> Examination:
     """moved: turns of the crank and m of the carriage, evenly after `from_s`; given: what the
-    doctor is told of them. creep: of the carriage's count before, counts/s."""
+    doctor is told of them. creep: of the carriage's count before, counts/s. wander: V of the fish's
+    sensor."""
     options = {"seed": 51, "noise_volts": conversion_noise(RIG)} | options
     with VirtualBoard(ELF, **options) as virtual:
         line = VirtualLine(virtual, AT_REST, (0.0, creep / COUNTS))
+        line.wander = wander
         line.run(20 * MS)
         virtual.set_faults(**(faults or {}))
         scans = []
@@ -94,7 +97,9 @@ def test_sound_board():
     assert set(found.checks) == {
         *("identity", "reset", "self-test", "scans", "noise", "encoders", "clock", "counters")
     }
-    assert found.facts["last reset"] == "power_on" and names(found.not_checked) == [OF_THIS_BOARD]
+    assert found.facts["last reset"] == "power_on"
+    # What is slow cannot be told from the motion.
+    assert names(found.not_checked) == [OF_THIS_BOARD, "slow wander"]
     assert found.facts["board"] == found.facts["calibration id"] == "unset"
     assert found.facts["bootloader"] == "none"
     shafts = {check.name: check.value for check in found.checks["encoders"]}
@@ -126,10 +131,11 @@ def test_sound_board():
         ),
         (["rate against the host's"], "resonator", {"clock_ppm": 8000.0}),
         (
-            ["depressor_pressure noise"],
+            ["depressor_pressure noise", "depressor_pressure slow wander"],
             "check shield, ground",
             {"noise_volts": (conversion_noise(RIG)[0], 2e-3, *conversion_noise(RIG)[2:])},
         ),
+        (["fish_pressure slow wander"], "mains harmonic folds", {"wander": 12e-6}),
         (
             [f"{channel.name} noise" for channel in BOARD.channels],
             "keep the sensors at rest",
@@ -138,7 +144,7 @@ def test_sound_board():
     ],
     ids=[
         *("crank reversed", "carriage reversed", "wrong wheel", "dead encoder"),
-        *("creeping count", "moved too early", "clock", "noisy", "stuck"),
+        *("creeping count", "moved too early", "clock", "noisy", "hum", "stuck"),
     ],
 )
 def test_what_is_wrong_is_named(names, mend, how):
@@ -185,7 +191,11 @@ def test_an_adc_that_does_not_answer_ends_the_examination():
 
 @pytest.mark.parametrize(
     ("given", "left"),
-    [((None, None), ["crank", "carriage"]), ((0.0, None), ["carriage"]), ((None, 0.0), ["crank"])],
+    [
+        ((None, None), ["crank", "carriage"]),
+        ((0.0, None), ["carriage", "slow wander"]),
+        ((None, 0.0), ["crank", "slow wander"]),
+    ],
 )
 def test_what_was_not_moved_has_neither_passed_nor_failed(given, left):
     found = found_on(given=given)
@@ -254,17 +264,15 @@ def test_doctor_on_the_virtual_board():
     shafts = {c["name"]: c["value"] for c in found["checks"] if c["section"] == "encoders"}
     assert math.isclose(shafts["crank"], 1.0, abs_tol=0.05)
     assert math.isclose(shafts["carriage"], -0.7, abs_tol=0.025)
-    assert [what["name"] for what in found["not_checked"]] == ["calibration of this board"]
+    assert [what["name"] for what in found["not_checked"]] == [OF_THIS_BOARD, "slow wander"]
     table = run("--virtual", "--seconds", 2, "--turns", 1)
     assert table.exit_code == 0, table.output
     (row,) = [line for line in table.stdout.splitlines() if "│ carriage  " in line]
     assert "not checked" in row and "pass" not in row
     assert "carriage: not checked: give --travel METRES and move" in table.stdout
-    assert table.stdout.endswith(" checks passed, 2 not checked\n")
+    assert table.stdout.endswith(" checks passed, 3 not checked\n")
     left = json.loads(run("--virtual", "--seconds", 2, "--json").stdout)
     assert left["passed"]
     assert [what["name"] for what in left["not_checked"]] == [
-        "calibration of this board",
-        "crank",
-        "carriage",
+        *(OF_THIS_BOARD, "crank", "carriage", "slow wander")
     ]

@@ -40,6 +40,7 @@ class VirtualLine(Transport):
         self.plugged_ns = 0
         self.written_ns: list[int] = []  # when the driver has written
         self.crank_jitter = 0.0  # rad, to and fro with every bench frame
+        self.wander = 0.0  # V, amplitude at 0.3 Hz on the first channel, as folded hum appears
         self.crank_rate, self.carriage_rate = (2 * math.pi * r for r in revolutions_per_s)  # rad/s
         self._crank = self._carriage = 0.0
         self._fed_ns = 0
@@ -90,10 +91,12 @@ class VirtualLine(Transport):
             self._crank += self.crank_rate * 5e-3
             self._carriage += self.carriage_rate * 5e-3
             self.crank_jitter = -self.crank_jitter
+            volts = [start + slope * time_s for start, slope in self._ramps]
+            volts[0] += self.wander * math.sin(2 * math.pi * 0.3 * time_s)
             self.board.push_bench(
                 BenchFrame(
                     self._fed_ns,
-                    tuple(start + slope * time_s for start, slope in self._ramps),
+                    tuple(volts),
                     self._crank + self.crank_jitter,
                     self._carriage,
                 )

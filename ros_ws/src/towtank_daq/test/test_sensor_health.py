@@ -20,6 +20,8 @@ from towtank_daq.sensor_health import (
     excitation_range,
     is_still,
     pressure_limits,
+    slow_wander,
+    wander_margin,
     white_noise,
 )
 from towtank_interfaces.msg import SensorHealth
@@ -46,6 +48,27 @@ def test_white_noise_is_found_under_motion_and_jumps():
     k = np.arange(4000)
     codes = 3000 * np.sin(2 * math.pi * k / 200) + rng.normal(0, 3, 4000) + 1e5 * (k > 2000)
     assert white_noise(codes) == pytest.approx(3.0, rel=0.09)
+
+
+@pytest.mark.parametrize("rate", [80.0, 100.0, 200.0])
+def test_slow_wander_is_the_amplitude_of_folded_hum(rate):
+    """Hum at the scan rate plus 0.3 Hz: 0.3 Hz. Means over half a second leave sinc(0.15), 0.963,
+    of it, the straight line takes a trifle; a drift is no wander."""
+    time = np.arange(round(20 * rate)) / rate
+    hum = 3.0 * np.sin(2 * math.pi * (rate + 0.3) * time)
+    assert slow_wander(hum + 1000.0 - 0.5 * time, rate) == pytest.approx(0.963 * 3.0, rel=0.03)
+    # Hum that folds to a quarter of the rate: a mean over half a second leaves the sidelobes of
+    # 0.5 s · rate/4 periods, less than 1/(10 π) of it at 80 scans a second.
+    other = 3.0 * np.sin(2 * math.pi * (1.25 * rate + 0.3) * time)
+    assert slow_wander(other, rate) < 3.0 / (10 * math.pi)
+    assert math.isnan(slow_wander(hum[: round(2 * rate)], rate))
+
+
+def test_slow_wander_of_white_noise_stays_within_its_margin():
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        found = slow_wander(rng.standard_normal(1000), 100.0)
+        assert found < math.sqrt(2 / 50) * (1 + wander_margin(1000, 100.0))
 
 
 def test_a_channel_that_only_makes_noise_is_still():

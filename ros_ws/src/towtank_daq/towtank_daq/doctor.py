@@ -26,6 +26,9 @@ from towtank_daq.sensor_health import (
     accelerometer_limits,
     noise_margin,
     pressure_limits,
+    slow_wander,
+    wander_margin,
+    wander_samples,
     white_noise,
 )
 
@@ -41,6 +44,7 @@ REST_COUNTS = 4  # a line of the encoder's disc: a shaft on an edge may tremble 
 TURN_BY_HAND = 0.05  # of a shaft's turn, to which somebody finds a mark again
 _RESET_WITHOUT_BOOTLOADER_S = 0.9  # the watchdog's half a second, and start-up; else 1.4 s
 _LONGEST_RESET_S = 2.5
+WANDER_S = 4.0  # of streaming at rest, for what is slower than 1 Hz to be seen
 _STACK_RESERVE = 256  # bytes; an interrupt that comes in another takes some 40
 
 Passed = Callable[[float], None]
@@ -140,6 +144,15 @@ def examine(
         facts["ADC has told of"] = ", ".join(told).replace("_", " ")
     checks["scans"] = tuple(_scans(board))
     checks["noise"] = tuple(_noise(scans, rig, description))
+    wander_wants = (
+        "leave crank and carriage at rest"
+        if turns is not None or travel is not None
+        else f"give --seconds {WANDER_S:g} or more"
+        if seconds < WANDER_S
+        else ""
+    )
+    if not wander_wants:
+        checks["noise"] += tuple(_wander(scans, rig, description))
     new = {name: count - before.troubles[name] for name, count in after.troubles.items()}
     shafts = _shafts(scans, rig, turns, travel)
     checks["encoders"] = (
@@ -159,6 +172,8 @@ def examine(
         ),
     )
     left += [NotChecked("encoders", s.name, s.wanted) for s in shafts if s.given is None]
+    if wander_wants:
+        left.append(NotChecked("noise", "slow wander", wander_wants))
     return Examination(facts, checks, tuple(left))
 
 
@@ -258,6 +273,33 @@ def _noise(scans: list[Scan], rig: Rig, description: BoardDescription) -> Iterat
             0.1 * step,
             expected * (1.0 + noise_margin(len(codes))) if enough else expected,
             "keep the sensors at rest; check shield, ground and wires",
+        )
+
+
+def _wander(scans: list[Scan], rig: Rig, description: BoardDescription) -> Iterator[Check]:
+    """What is slower than 1 Hz in the pressure channels: hum that the scan rate folds down, mostly.
+
+    The limit is the highest that the rig assumes of it, beside what white noise leaves.
+    """
+    rate, nominal = rig.board.sample_rate.value, rig.board.excitation.value
+    greatest = greatest_noise(rig, description)
+    for sensor in (rig.sensors.fish_pressure, rig.sensors.depressor_pressure):
+        index = description.channel_names.index(sensor.channel)
+        codes = [scan.codes[index] for scan in scans if scan.valid_mask >> index & 1]
+        step = description.adc_channel(sensor.channel, nominal).resolution
+        hum = sensor.errors.hum
+        white = math.sqrt(2.0 / wander_samples(rate)) * greatest[sensor.channel]
+        yield Check(
+            f"{sensor.channel} slow wander",
+            slow_wander(np.array(codes, dtype=float), rate) * step,
+            "V",
+            0.0,
+            math.hypot(
+                hum.range[1] if hum.range else hum.value,
+                white * (1.0 + wander_margin(len(codes), rate)),
+            ),
+            "check shield, ground and wires; keep draught and waves "
+            "away; or take a scan rate to which no mains harmonic folds (docs/laboratory.md)",
         )
 
 

@@ -50,6 +50,7 @@ _CHANCE = 1e-12
 # independent; the sum of their squared correlations, C(12, 6)/C(6, 3)², makes fewer of them.
 _DIFFERENCES = 20.0
 _MEDIAN = 0.6745
+_FEWEST_MEANS = 6  # of half a second each, less two for the straight line
 _NOISE_SCATTER = 1.166 * math.sqrt(924.0 / 400.0)
 
 
@@ -193,6 +194,31 @@ def white_noise(codes: np.ndarray) -> float:
 def noise_margin(samples: int) -> float:
     """Return how far white_noise() may lie above the truth by chance, relative; for 4 or more."""
     return SIGMAS * _NOISE_SCATTER / math.sqrt(samples - 3)
+
+
+def wander_samples(rate_hz: float) -> int:
+    """Return how many samples slow_wander() takes into each mean."""
+    return max(round(rate_hz / 2.0), 1)
+
+
+def wander_margin(samples: int, rate_hz: float) -> float:
+    """Return how far slow_wander() of white noise may lie above the truth by chance, relative."""
+    return SIGMAS / math.sqrt(2.0 * max(samples // wander_samples(rate_hz) - 2, 1))
+
+
+def slow_wander(values: np.ndarray, rate_hz: float) -> float:
+    """Return the amplitude of what is slower than 1 Hz in samples, as of one oscillation.
+
+    Means over half a second, less a straight line: their standard deviation times √2. White noise
+    leaves √2 times its own over the root of a mean's samples. NaN for less than three seconds.
+    """
+    size = wander_samples(rate_hz)
+    means = values[: len(values) // size * size].reshape(-1, size).mean(axis=1)
+    if len(means) < _FEWEST_MEANS:
+        return math.nan
+    time = np.arange(len(means))
+    left = means - np.polyval(np.polyfit(time, means, 1), time)
+    return math.sqrt(2.0 * float(np.sum(left**2)) / (len(means) - 2))
 
 
 def is_still(codes: np.ndarray, greatest_noise: float) -> bool:

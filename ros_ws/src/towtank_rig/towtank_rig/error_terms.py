@@ -23,7 +23,9 @@ from towtank_rig.schema import Rig
 PRESSURE_SENSORS: tuple[PressureSensorName, ...] = ("fish_pressure", "depressor_pressure")
 AXES = ("x", "y", "z")
 
-PressureEffect = Literal["gain", "linearity", "zero_offset", "zero_drift", "flow", "surge", "water"]
+PressureEffect = Literal[
+    "gain", "linearity", "zero_offset", "zero_drift", "flow", "surge", "hum", "water"
+]
 AccelerometerEffect = Literal[
     "sensitivity", "zero_g", "supply", "nonlinearity", "coupling", "rotation"
 ]

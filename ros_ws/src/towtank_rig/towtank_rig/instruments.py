@@ -71,6 +71,8 @@ class PressureErrors(Section):
     flow_coefficient: RelativeLimit  # of Cp at the port
     surge_speed: SpeedLimit  # oscillation of the flow past the port, at the crank's frequency
     noise: Noise  # white, standard deviation per sample
+    # Amplitude of what mains hum folds down to below 1 Hz, behind the board's filter.
+    hum: VoltageLimit = Tolerance(value=0.0, unit="V")
 
 
 class PressureSensor(Section):

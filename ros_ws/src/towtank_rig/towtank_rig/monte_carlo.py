@@ -18,6 +18,7 @@ from towtank_rig.conversion import (
     depth_from_pressure,
     flow_pressure,
     pitch,
+    pressure_conversion,
     pressure_from_depth,
     rotation,
 )
@@ -108,10 +109,19 @@ class RandomSensors:
     def _at_any_instant(self) -> Array:
         return np.cos(self._rng.uniform(0.0, 2.0 * math.pi, self._count))
 
+    def _hum(self, sensor: PressureSensorName) -> Array:
+        """Hum folded onto the crank's frequency, m: its part in step with heave, or of a depth."""
+        given = getattr(self._rig.sensors, sensor)
+        volts = draw_tolerance(given.errors.hum, self._rng, self._count) * self._at_any_instant()
+        bridge = pressure_conversion(self._rig, sensor)
+        pascals_per_volt = bridge.full_scale / bridge.span
+        reference = bridge.reference_excitation / bridge.excitation
+        return depth_from_pressure(volts * reference * pascals_per_volt, self._rig.water)
+
     def _depth_on_the_way(self, sensor: PressureSensorName, at: OperatingPoint) -> Array:
         """Single depths, m; what is towed surges, too."""
         surge = self._surge(sensor) * self._at_any_instant() if at.speed else 0.0
-        return self._read(sensor, at.mean_depth, at.speed, surge)
+        return self._read(sensor, at.mean_depth, at.speed, surge) + self._hum(sensor)
 
     def _amplitude(self, sensor: PressureSensorName, at: OperatingPoint) -> Array:
         """First harmonic of a heave that the drawn sensors read, m."""
@@ -121,7 +131,7 @@ class RandomSensors:
             depth = at.mean_depth - at.amplitude * math.cos(phase)
             read = self._read(sensor, depth, at.speed, surge * math.cos(phase))
             harmonic -= read * np.exp(-1j * phase)
-        return np.abs(harmonic) * (2.0 / len(_PHASES))
+        return np.abs(harmonic) * (2.0 / len(_PHASES)) + self._hum(sensor)
 
     def _read(
         self,

@@ -266,6 +266,7 @@ def depth_budget(
         _component(term, sensitivity[term.effect]) for term in pressure_error_terms(rig, sensor)
     ]
     components.append(_surge_component(rig, sensor, at))
+    components.append(_hum_component(rig, sensor, at, metres_per_volt))
     # Volts at the terminals are those at the board's excitation.
     reference = given.reference_excitation.value / rig.board.excitation.value
     noise = math.hypot(given.errors.noise.value, board_noise) * reference * metres_per_volt
@@ -504,6 +505,32 @@ def _surge_component(rig: Rig, sensor: PressureSensorName, at: OperatingPoint) -
         depth=oscillation / math.sqrt(2.0),
         absolute_depth=oscillation / math.sqrt(2.0),
         source=surge.source,
+    )
+
+
+def _hum_component(
+    rig: Rig, sensor: PressureSensorName, at: OperatingPoint, metres_per_volt: float
+) -> Component:
+    """Return the effect of mains hum that the scan rate folds onto the crank's own frequency.
+
+    Its phase against heave is anything; a depth has it at any instant. metres_per_volt: at the
+    reference excitation.
+    """
+    given = getattr(rig.sensors, sensor)
+    hum = given.errors.hum
+    distribution = Product(distribution_of(hum), Oscillation(1.0))
+    reference = given.reference_excitation.value / rig.board.excitation.value
+    depth = distribution.deviation * reference * metres_per_volt
+    return Component(
+        "hum",
+        "hum",
+        hum.standard_uncertainty,
+        hum.unit,
+        Scaled(_ratio(hum.standard_uncertainty, distribution.deviation), distribution),
+        gain=depth / at.amplitude,
+        depth=depth,
+        absolute_depth=depth,
+        source=hum.source,
     )
 
 
