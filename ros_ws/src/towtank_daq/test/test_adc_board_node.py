@@ -156,7 +156,8 @@ def test_start_again_after_a_stop(graph, virtual_board, tmp_path):
     assert made.node.trigger_configure() == SUCCESS
     assert made.node.trigger_activate() == SUCCESS
     made.spin_until(lambda: len(made.scans) >= 300)
-    assert {scan.count_epoch for scan in made.scans} == {1}
+    # Opening the port anew has not reset the board (the first time has, maybe after a first boot)
+    assert len({scan.count_epoch for scan in made.scans}) == 1
 
 
 @pytest.mark.real_time
