@@ -115,6 +115,7 @@ void board_poll(struct board *board)
     listen(board);
     if (board->reset_wanted) {
         board->reset_wanted = false;
+        hal_drive_off(); // it may take half a second
         hal_reset();
     }
 
