@@ -107,11 +107,9 @@ void drive_init(struct drive *drive, uint32_t now)
 static void await_movement(struct drive *drive, struct crank crank, uint32_t now)
 {
     drive->mark = crank.count;
-    drive->mark_speed = 0;
     drive->edges = 0;
     drive->moved = false;
     drive->last_movement = now;
-    drive->last_reserve = now;
 }
 
 static void begin(struct drive *drive, uint32_t now)
@@ -128,15 +126,20 @@ static void begin(struct drive *drive, uint32_t now)
     drive->remainder = 0;
     drive->lag = 0;
     drive->last_step = now;
+    drive->last_reserve = now;
+    drive->mark_speed = 0;
     await_movement(drive, crank, now);
 }
 
-// A stop is called off: on along the ramp from the speed that the crank has, if any.
+// A stop is called off: on along the ramp from the speed that the crank has, if any. One that stands gets the
+// time of a start for its first movement, but not again before that has been seen.
 static void resume(struct drive *drive, uint32_t now)
 {
     uint16_t speed = drive->speed > 0 ? (uint16_t)drive->speed : 0;
     drive->setpoint = speed < drive->setpoint ? speed : drive->setpoint;
-    await_movement(drive, read_crank(drive), now);
+    drive->last_reserve = now;
+    if (drive->moved && !drive->keeps_on)
+        await_movement(drive, read_crank(drive), now);
 }
 
 static uint8_t run(struct drive *drive, const struct drive_arguments *request, uint32_t now)
@@ -232,7 +235,7 @@ static void follow_ramp(struct drive *drive)
 // than that takes. In a stop it rises only as the tow's weight comes and goes.
 static int32_t duty_ceiling(const struct drive *drive)
 {
-    int32_t speed = drive->keeps_on ? drive->speed : 0;
+    int32_t speed = drive->keeps_on && drive->speed > 0 ? drive->speed : 0;
     int32_t ceiling = (int32_t)BOARD_DRIVE_CEILING_STANDING + speed * BOARD_DRIVE_CEILING_SLOPE_Q8 / 256;
     int32_t highest = drive->state == BOARD_DRIVE_STATE_STOPPING
                           ? drive->duty + (int32_t)BOARD_DRIVE_STOP_RISE_A_STEP

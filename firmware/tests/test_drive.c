@@ -378,6 +378,45 @@ static void a_stop_that_is_called_off_goes_on_from_the_cranks_speed(void **state
     assert_in_range(shaft->drive.speed, 5900, 6100);
 }
 
+// A crank that turned had its movement judged, whatever was asked for; one that stood has a start's time once.
+static void stops_that_are_called_off_hide_no_silent_encoder(void **state)
+{
+    struct shaft *shaft = *state;
+    set_up_running(shaft, 6000, true);
+    shaft->silent = true;
+    assert_int_equal(ask(shaft, BOARD_DRIVE_ACTION_RUN, 6000), BOARD_STATUS_OK);
+    highest_duty_until_off(shaft, stall_ms(5700));
+    assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_STALL);
+
+    set_up_at(shaft, 0);
+    shaft->silent = true;
+    int ms = 0;
+    for (; ms < 10000 && ask(shaft, BOARD_DRIVE_ACTION_RUN, 6000) == BOARD_STATUS_OK; ms += 400) {
+        pass_ms(shaft, 300);
+        ask(shaft, BOARD_DRIVE_ACTION_STOP, 0);
+        pass_ms(shaft, 100);
+    }
+    assert_int_equal(ms, 1200); // refused after the third of them, in which a second was over
+    assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_STALL);
+}
+
+// The window's speed is that of a crank driven back, the last step's movement forward.
+static void an_encoder_that_springs_back_raises_no_duty(void **state)
+{
+    struct shaft *shaft = *state;
+    shaft->silent = true;
+    struct drive_arguments request = {BOARD_DRIVE_ACTION_RUN, 6000, INT16_MAX};
+    assert_int_equal(drive_command(&shaft->drive, &request, (uint32_t)hal_host.time), BOARD_STATUS_OK);
+    pass_ms(shaft, 300);
+    static const int steps[] = {-900, 1, 1};
+    for (int i = 0; i < 3; i++) {
+        hal_host.encoders.crank += steps[i];
+        hal_host.encoders.crank_edges = (uint8_t)(hal_host.encoders.crank_edges + abs(steps[i]));
+        pass_ms(shaft, 20);
+        assert_in_range(hal_host.drive_duty, 0, BOARD_DRIVE_CEILING_STANDING);
+    }
+}
+
 static void an_open_loop_stops_the_motor_at_once(void **state)
 {
     struct shaft *shaft = *state;
@@ -578,6 +617,18 @@ static void what_holds_the_main_loop_up_waits_for_the_drive(void **state)
     assert_int_equal(whole_board_set_rate(whole, 50, 6), BOARD_STATUS_OK);
 }
 
+static void a_reset_takes_the_motors_power_first(void **state)
+{
+    struct whole_board *whole = *state;
+    ask_board(whole, BOARD_DRIVE_ACTION_RUN, 3000);
+    whole_board_run_ms(whole, 300);
+    assert_true(hal_host.drive_enabled);
+    whole_board_request(whole, BOARD_COMMAND_RESET, 6, NULL, 0);
+    whole_board_run_ms(whole, 1);
+    assert_int_equal(hal_host.resets, 1);
+    assert_false(hal_host.drive_enabled);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
@@ -600,6 +651,8 @@ int main(void)
         TEST(a_crank_that_turns_without_power_is_told),
         TEST(a_crank_that_coasts_is_no_runaway),
         TEST(a_stop_that_is_called_off_goes_on_from_the_cranks_speed),
+        TEST(stops_that_are_called_off_hide_no_silent_encoder),
+        TEST(an_encoder_that_springs_back_raises_no_duty),
         TEST(an_open_loop_stops_the_motor_at_once),
         TEST(nothing_starts_with_an_open_loop),
         TEST(the_host_stops_the_motor_at_once),
@@ -611,6 +664,7 @@ int main(void)
         BOARD_TEST(the_drive_keeps_its_time_beside_the_scan),
         BOARD_TEST(the_drive_is_led_on_while_a_stream_ends),
         BOARD_TEST(what_holds_the_main_loop_up_waits_for_the_drive),
+        BOARD_TEST(a_reset_takes_the_motors_power_first),
     };
     return cmocka_run_group_tests_name("drive", tests, NULL, NULL);
 }
