@@ -14,13 +14,14 @@ from pathlib import Path
 import pytest
 import rclpy
 from towtank_bringup.conductor import open_conductor
+from towtank_bringup.crank_call import CrankCalls
 from towtank_bringup.graph import FIRMWARE_IMAGE, VIRTUAL_BOARD, Program, RosNode
 from towtank_bringup.plan import firmware_folder
 from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.ros_domain import DomainError, domain_of_environment
 from towtank_bringup.run_file import RunFileError, RunningTrial, _process_start
-from towtank_bringup.verbs.crank import emergency_domains, one_domain
+from towtank_bringup.verbs.crank import _domain_besides, emergency_domains, one_domain
 from towtank_interfaces.msg import CrankDrive
 from towtank_node.qos import RELIABLE_QOS
 from towtank_node.quick_stop import quick_stop
@@ -173,6 +174,34 @@ def test_a_domain_that_there_is_not_is_named(monkeypatch, text):
     monkeypatch.setenv("ROS_DOMAIN_ID", text)
     with pytest.raises(DomainError, match="give 0 to 232, or unset it"):
         domain_of_environment()
+
+
+def test_a_domain_that_there_is_not_keeps_no_emergency_stop(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "300")
+    assert _domain_besides(running(("/a", 7))) is None
+    with pytest.raises(DomainError, match="ROS_DOMAIN_ID is '300'"):
+        _domain_besides([])
+
+
+def test_a_domain_that_cannot_be_entered_keeps_no_call_from_the_others(monkeypatch):
+    class Answering:
+        def __init__(self, domain):
+            if domain == 8:
+                raise RuntimeError("failed to initialize\nat line 1")
+
+        def attend(self, request, repeat_s):
+            return True
+
+        def refusal(self):
+            return ""
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr("towtank_bringup.crank_call._Drive", Answering)
+    with CrankCalls([8, 7]) as calls:
+        told = calls.ask("EMERGENCY_STOP", insistent=[8, 7])
+    assert told == {8: "ROS domain 8 cannot be entered: failed to initialize"}
 
 
 @pytest.mark.timeout(60)

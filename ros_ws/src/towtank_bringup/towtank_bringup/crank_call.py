@@ -26,10 +26,20 @@ _POLL_S = 0.002
 
 
 class CrankCalls:
-    """The crank drives of some domains. Used as a context manager."""
+    """The crank drives of some domains. Used as a context manager.
+
+    A domain that cannot be entered keeps no call from the others.
+    """
 
     def __init__(self, domains: Iterable[int]) -> None:
-        self._drives = {domain: _Drive(domain) for domain in domains}
+        self._drives: dict[int, _Drive] = {}
+        self._closed_ones: dict[int, str] = {}
+        for domain in domains:
+            try:
+                self._drives[domain] = _Drive(domain)
+            except RuntimeError as error:  # rclpy's RCLError is one
+                why = str(error).partition("\n")[0]
+                self._closed_ones[domain] = f"ROS domain {domain} cannot be entered: {why}"
 
     def __enter__(self) -> CrankCalls:
         return self
@@ -52,7 +62,7 @@ class CrankCalls:
         # A call that is lost while the nodes still learn of one another would be waited for in
         # vain. Twice stopped is stopped; what starts a crank is asked for once.
         repeat_s = _WAIT_S if action == "RUN" else _REPEAT_S
-        awaited = set(self._drives if insistent is None else insistent)
+        awaited = set(self._drives if insistent is None else insistent) - set(self._closed_ones)
         start = time.monotonic()
         while (waited := time.monotonic() - start) < _WAIT_S:
             open_ones = {
@@ -61,7 +71,10 @@ class CrankCalls:
             if not open_ones or (not open_ones & awaited and waited > _BESIDES_S):
                 break
             time.sleep(_POLL_S)
-        return {domain: why for domain, drive in self._drives.items() if (why := drive.refusal())}
+        refusals = {
+            domain: why for domain, drive in self._drives.items() if (why := drive.refusal())
+        }
+        return self._closed_ones | refusals
 
 
 class _Drive:

@@ -66,7 +66,7 @@ def emergency_stop(directory: Path | None) -> None:
     """Take the motor's power at once; the trip must be cleared."""
     trials = running_trials()
     try:
-        wanted, besides = emergency_domains(trials, directory, domain_of_environment())
+        wanted, besides = emergency_domains(trials, directory, _domain_besides(trials))
     except (RunFileError, DomainError) as error:
         raise click.ClickException(f"{error}. {_OUTSIDE}") from error
     # Past ROS first. What that does not reach, a node of an older program say, gets the call.
@@ -121,6 +121,16 @@ def emergency_domains(
         choose_trial(trials)  # which says that there is none
     set_one = [] if domain_set is None or domain_set in wanted else [domain_set]
     return (wanted, set_one) if wanted else (set_one, [])
+
+
+def _domain_besides(trials: list[RunningTrial]) -> int | None:
+    """The domain that is set. One that there is not must keep no stop from the trials known."""
+    try:
+        return domain_of_environment()
+    except DomainError:
+        if trials:
+            return None
+        raise
 
 
 def _ask_one(directory: Path | None, action: str, crank_rate: float = 0.0) -> None:
