@@ -13,8 +13,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
 from towtank_bringup.conductor import Conductor, TrialError
 from towtank_bringup.graph import RosNode, joined
-from towtank_interfaces.msg import HeaveRatio, TrialEvent
-from towtank_interfaces.srv import SetDrive
+from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
+from towtank_interfaces.srv import SetCrankSpeed, SetDrive
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.executor import StreamExecutor
 from towtank_node.lifecycle import ManagedNode
@@ -166,11 +166,21 @@ def test_an_answer_that_got_lost_is_asked_for_again(context, monkeypatch):
         return response
 
     plant.create_service(SetDrive, "set_drive", answer)
+    with served(plant, context):
+        conductor.set_drive(1.0, 3.0, 5.0)
+    assert asked == [3.0] * 3
+    plant.destroy_node()
+    conductor.close()
+
+
+@contextlib.contextmanager
+def served(node, context):
+    """The node is spun by a thread of its own meanwhile."""
     ending = threading.Event()
 
     def spin():
         executor = StreamExecutor(context=context)
-        executor.add_node(plant)
+        executor.add_node(node)
         while not ending.is_set():
             with contextlib.suppress(LookupError):
                 executor.spin_once()
@@ -178,9 +188,59 @@ def test_an_answer_that_got_lost_is_asked_for_again(context, monkeypatch):
 
     thread = threading.Thread(target=spin)
     thread.start()
-    conductor.set_drive(1.0, 3.0, 5.0)
-    assert asked == [3.0] * 3
-    ending.set()
-    thread.join()
-    plant.destroy_node()
+    try:
+        yield
+    finally:
+        ending.set()
+        thread.join()
+
+
+class DrivenCrank:
+    """A board's drive, which tells its state whenever the conductor looks; a stop takes some time,
+    or never comes to its end."""
+
+    def __init__(self, context, obeys: bool) -> None:
+        self.node = rclpy.create_node("crank_drive", namespace="measured", context=context)
+        self.told, self.asked, self._obeys = [], [], obeys
+        self._publisher = self.node.create_publisher(CrankDrive, "~/state", RELIABLE_QOS)
+        self.node.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
+
+    def tell(self) -> None:
+        stopping = len(self.told) - self.asked[0] if self.asked else 0
+        state = CrankDrive.STOPPING if self.asked else CrankDrive.RUNNING
+        if self._obeys and stopping > 10:
+            state = CrankDrive.STOPPED
+        self.told.append(state)
+        self._publisher.publish(CrankDrive(state=state))
+
+    def _on_set_speed(self, request, response):
+        assert request.action == SetCrankSpeed.Request.STOP
+        self.asked.append(len(self.told))
+        response.success = True
+        return response
+
+
+@pytest.mark.parametrize("obeys", [True, False])
+def test_the_end_of_a_trial_sees_the_crank_at_rest(context, monkeypatch, obeys):
+    """The graph goes down after that: an emergency stop would reach nothing any more."""
+    monkeypatch.setattr("towtank_bringup.conductor._RUN_OUT_S", 60.0 if obeys else 1.0)
+    monkeypatch.setattr("towtank_bringup.conductor._REST_S", 0.1)
+    crank = DrivenCrank(context, obeys)
+    conductor = Conductor((), crank.tell, context=context)
+    with served(crank.node, context):
+        conductor.wait_until(lambda: conductor._crank.turns, 60.0, "a crank that turns")
+        if obeys:
+            conductor.bring_crank_to_rest()
+            assert CrankDrive.STOPPED in crank.told
+        else:
+            with pytest.raises(TrialError, match="press the emergency stop"):
+                conductor.bring_crank_to_rest()
+    assert crank.asked
+    crank.node.destroy_node()
+    conductor.close()
+
+
+def test_a_crank_that_something_else_turns_is_left_to_that(context):
+    conductor = Conductor((), context=context)
+    conductor.bring_crank_to_rest()  # asks nobody: there is no drive that would answer
     conductor.close()

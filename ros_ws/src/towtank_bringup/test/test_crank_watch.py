@@ -82,3 +82,16 @@ def test_without_a_drive_there_is_nothing_to_judge():
     watch = CrankWatch()
     watch.hold(0.03)
     assert watch.fault() == ""
+
+
+def test_a_crank_turns_while_it_is_stopped():
+    watch = CrankWatch()
+    told = [watch.turns]
+    for each in (
+        state(),
+        state(CrankDrive.STOPPING, target=0.0),
+        state(CrankDrive.STOPPED, target=0.0),
+    ):
+        watch.take(each)
+        told.append(watch.turns)
+    assert told == [False, True, True, False]

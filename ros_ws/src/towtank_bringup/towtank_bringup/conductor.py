@@ -27,7 +27,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from towtank_bag.topics import TRIAL_TOPIC_NAMES
 from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
-from towtank_interfaces.srv import SetDrive
+from towtank_interfaces.srv import SetCrankSpeed, SetDrive
 from towtank_node.executor import StreamExecutor
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 from towtank_node.senders import UNKNOWN_NODE, Senders, publishers
@@ -42,6 +42,7 @@ CRANK_DRIVE = "/measured/crank_drive"
 _SPIN_S = 0.05
 _AGAIN_S = 5.0  # between two requests where one is not answered
 _STRANGERS_S = 1.0  # between two looks for them
+_RUN_OUT_S = 10.0  # for a soft stop, which takes 6 s from 60 rpm
 _REST_S = 1.0  # in which the board tells of a crank that turns on without power
 
 
@@ -235,6 +236,23 @@ class Conductor(Node):
     def release_crank(self) -> None:
         """The trial has no more need of the crank."""
         self._crank.release()
+
+    def bring_crank_to_rest(self) -> None:
+        """Stop the crank softly, if the board's drive turns it, and look on until it stands.
+
+        As long as it turns the graph is to be there: for an emergency stop, and to tell of a crank
+        that does not obey. TrialError if it still turns after 10 s.
+        """
+        if not self._crank.turns:
+            return
+        request = SetCrankSpeed.Request(action=SetCrankSpeed.Request.STOP)
+        self.call(SetCrankSpeed, f"{CRANK_DRIVE}/set_speed", request, SERVICE_TIMEOUT_S, _AGAIN_S)
+        self.wait_until(
+            lambda: not self._crank.turns,
+            _RUN_OUT_S,
+            "the crank at rest (if it still turns, press the emergency stop)",
+        )
+        self._see_whether_the_crank_rests()
 
     def call(
         self,

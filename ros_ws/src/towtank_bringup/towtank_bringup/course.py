@@ -59,6 +59,7 @@ class OperatorDrive:
 
     def stop(self, conductor: Conductor, course: Course) -> None:
         conductor.say("stop the carriage and the crank")
+        conductor.bring_crank_to_rest()
 
 
 def run_course(

@@ -40,6 +40,14 @@ class CrankWatch:
             return ""
         return f"the crank's drive has tripped: {self._trip_words()}"
 
+    @property
+    def turns(self) -> bool:
+        """Whether the drive turns the crank, as far as it has told."""
+        return self._state is not None and self._state.state in (
+            CrankDrive.RUNNING,
+            CrankDrive.STOPPING,
+        )
+
     def hold(self, tolerance: float) -> None:
         """From now on the drive must keep the crank running at its present speed.
 
