@@ -12,6 +12,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
 from towtank_bringup.conductor import Conductor, TrialError
+from towtank_bringup.course import OperatorDrive, run_course
 from towtank_bringup.graph import RosNode, joined
 from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetCrankSpeed, SetDrive
@@ -196,19 +197,21 @@ def served(node, context):
 
 
 class DrivenCrank:
-    """A board's drive, which tells its state whenever the conductor looks; a stop takes some time,
-    or never comes to its end."""
+    """A board's drive that tells its state often; a stop takes some time, or has no end."""
 
     def __init__(self, context, obeys: bool) -> None:
         self.node = rclpy.create_node("crank_drive", namespace="measured", context=context)
         self.told, self.asked, self._obeys = [], [], obeys
         self._publisher = self.node.create_publisher(CrankDrive, "~/state", RELIABLE_QOS)
         self.node.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
+        self._timer = self.node.create_timer(0.02, self._tell)
 
-    def tell(self) -> None:
-        stopping = len(self.told) - self.asked[0] if self.asked else 0
+    def falls_silent(self) -> None:
+        self._timer.cancel()
+
+    def _tell(self) -> None:
         state = CrankDrive.STOPPING if self.asked else CrankDrive.RUNNING
-        if self._obeys and stopping > 10:
+        if self._obeys and self.asked and len(self.told) > self.asked[0] + 10:
             state = CrankDrive.STOPPED
         self.told.append(state)
         self._publisher.publish(CrankDrive(state=state))
@@ -220,24 +223,63 @@ class DrivenCrank:
         return response
 
 
-@pytest.mark.parametrize("obeys", [True, False])
-def test_the_end_of_a_trial_sees_the_crank_at_rest(context, monkeypatch, obeys):
-    """The graph goes down after that: an emergency stop would reach nothing any more."""
-    monkeypatch.setattr("towtank_bringup.conductor._RUN_OUT_S", 60.0 if obeys else 1.0)
-    monkeypatch.setattr("towtank_bringup.conductor._REST_S", 0.1)
+@contextlib.contextmanager
+def driven(context, obeys: bool = True):
+    """A crank that turns, a conductor that knows of it, and what that says."""
+    said = []
     crank = DrivenCrank(context, obeys)
-    conductor = Conductor((), crank.tell, context=context)
+    conductor = Conductor((), say=said.append, context=context)
     with served(crank.node, context):
-        conductor.wait_until(lambda: conductor._crank.turns, 60.0, "a crank that turns")
-        if obeys:
-            conductor.bring_crank_to_rest()
-            assert CrankDrive.STOPPED in crank.told
-        else:
-            with pytest.raises(TrialError, match="press the emergency stop"):
-                conductor.bring_crank_to_rest()
-    assert crank.asked
+        conductor.wait_until(lambda: conductor.crank_turns, 60.0, "a crank that turns")
+        yield crank, conductor, said
     crank.node.destroy_node()
     conductor.close()
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr("towtank_bringup.conductor._RUN_OUT_S", 60.0)
+    monkeypatch.setattr("towtank_bringup.conductor._REST_S", 0.1)
+
+
+def test_the_end_of_a_trial_sees_the_crank_at_rest(context, quick):
+    """The graph goes down after that: an emergency stop would reach nothing any more."""
+    with driven(context) as (crank, conductor, said):
+        conductor.bring_crank_to_rest()
+        assert crank.told[-1] == CrankDrive.STOPPED
+        assert not said
+
+
+def test_a_crank_that_does_not_obey_is_told_of(context, quick, monkeypatch):
+    monkeypatch.setattr("towtank_bringup.conductor._RUN_OUT_S", 1.0)
+    with driven(context, obeys=False) as (crank, conductor, said):
+        conductor.bring_crank_to_rest()
+        assert crank.asked
+        assert "press the emergency stop" in said[-1]
+
+
+def test_a_drive_that_is_not_heard_any_more_is_not_waited_for(context, quick, monkeypatch):
+    monkeypatch.setattr("towtank_bringup.conductor._UNHEARD_S", 0.2)
+    with driven(context) as (crank, conductor, said):
+        crank.falls_silent()
+        conductor.bring_crank_to_rest()  # else for a minute, and the test's time is over
+        assert "press the emergency stop" in said[-1]
+
+
+@pytest.mark.parametrize("error", [TrialError("a fault"), KeyboardInterrupt("SIGINT")])
+def test_a_trial_that_breaks_off_stops_the_crank_first(context, quick, monkeypatch, error):
+    """Also where the graph is what broke: what watches that must not keep the stop."""
+
+    def broken(*_):
+        raise error
+
+    monkeypatch.setattr("towtank_bringup.course._lead", broken)
+    with driven(context) as (crank, conductor, said):
+        conductor._watch = broken
+        with pytest.raises(type(error)):
+            run_course(conductor, None, OperatorDrive(), None)
+        assert crank.told[-1] == CrankDrive.STOPPED
+        assert said == [f"stopping the crank first: {error}"]
 
 
 def test_a_crank_that_something_else_turns_is_left_to_that(context):

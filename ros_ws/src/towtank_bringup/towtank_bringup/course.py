@@ -67,8 +67,20 @@ def run_course(
 ) -> None:
     """Lead one trial through; everything it leaves is in the recorder's bag.
 
+    However it ends, a real crank that the board's drive turns is brought to rest first: the nodes
+    are ended one after the other, and until its turn comes the board's would keep it running.
     process_tree: the process whose descendants are the graph, for the processor time it takes.
     """
+    try:
+        _lead(conductor, course, drive, process_tree)
+    except BaseException as error:
+        if drive.attended and conductor.crank_turns:
+            conductor.say(f"stopping the crank first: {error}")
+            conductor.bring_crank_to_rest()
+        raise
+
+
+def _lead(conductor: Conductor, course: Course, drive: Drive, process_tree: psutil.Process) -> None:
     conductor.say("waiting for the nodes")
     conductor.bring_up()
     conductor.mark(TrialEvent.STARTED, duration_s=course.duration)

@@ -8,6 +8,7 @@ again. From then to the end of the log the run is worth nothing without it.
 from __future__ import annotations
 
 import math
+import time
 
 from towtank_daq.board import TRIP_ADVICE
 from towtank_interfaces.msg import CrankDrive
@@ -31,11 +32,12 @@ class CrankWatch:
         self._state: CrankDrive | None = None
         self._held: CrankDrive | None = None
         self._tolerance = 0.0
+        self._heard_s = -math.inf
 
     def take(self, state: CrankDrive) -> str:
         """Take the drive's next state in. Returns what the operator should know of it, or ''."""
         trip_before = self._state.trip if self._state else CrankDrive.NONE
-        self._state = state
+        self._state, self._heard_s = state, time.monotonic()
         if state.trip in (CrankDrive.NONE, trip_before):
             return ""
         return f"the crank's drive has tripped: {self._trip_words()}"
@@ -47,6 +49,11 @@ class CrankWatch:
             CrankDrive.RUNNING,
             CrankDrive.STOPPING,
         )
+
+    @property
+    def silence_s(self) -> float:
+        """How long the drive has told nothing, s; of one that turns it tells ten times a second."""
+        return time.monotonic() - self._heard_s
 
     def hold(self, tolerance: float) -> None:
         """From now on the drive must keep the crank running at its present speed.
