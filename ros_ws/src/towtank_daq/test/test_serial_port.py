@@ -72,6 +72,24 @@ def test_nobody_else_opens_the_port(terminal, port):
     assert open_as_another_user(terminal.path) == ""
 
 
+def test_a_closed_port_takes_nothing_from_the_file_that_has_its_number_now(port):
+    """As after a reopening in vain; the number is free for the next file of the process."""
+    number = port._file
+    port.close()
+    ours, far = os.pipe()
+    os.write(far, b"another's")
+    os.dup2(ours, number)
+    try:
+        with pytest.raises(SerialPortError, match="is gone"):
+            port.read(0.0)
+        with pytest.raises(SerialPortError, match="is gone"):
+            port.look_after()
+        assert os.read(number, 100) == b"another's"
+    finally:
+        for file in {ours, far, number}:
+            os.close(file)
+
+
 def test_a_second_driver_is_refused_with_the_name_of_the_first(terminal):
     """Also as root: by the other lock. The first is a process of its own."""
     code = (

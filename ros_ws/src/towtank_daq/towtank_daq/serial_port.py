@@ -114,6 +114,7 @@ class SerialPort:
         if self._port.is_open:
             with contextlib.suppress(OSError):  # it is gone
                 fcntl.ioctl(self._file, termios.TIOCNXCL)
+        self._file = -1  # first: the number may be another file's as soon as the port is closed
         self._port.close()
 
     def look_after(self) -> str:
