@@ -34,6 +34,7 @@ class ScriptedBoard:
         self.ticks_at_boot = ticks_at_boot
         self.deaf = False
         self.adc_present = True
+        self.board_serial = 8
         self.skip: set[int] = set()
         self.bad_channels: dict[int, int] = {}  # by scan number: the valid mask
         self.answer_losses: dict[int, int] = {}
@@ -109,7 +110,7 @@ class ScriptedBoard:
         status, data = 0, b""
         if kind == IDENTIFY:
             data = struct.pack("<BI3BBIII", self.protocol_version, self.schema_hash,
-                               0, 1, 0, 0x17, 2_000_000, 7, 8)  # fmt: skip
+                               0, 1, 0, 0x17, 2_000_000, 7, self.board_serial)  # fmt: skip
         elif kind == CONFIGURE:
             self.configuration = arguments
             self.configured_ticks = 2_000_000 // struct.unpack_from("<H", arguments)[0]
@@ -707,6 +708,52 @@ def test_a_stream_without_scans_is_started_again(bench):
     assert len(bench.scans) > 200
     (warning,) = bench.warnings
     assert warning.startswith("the board has sent no scan for 2.5 s, but other frames: starting it")
+
+
+def test_a_stream_that_never_has_a_scan_again_ends_with_the_patience(bench):
+    """However well the board answers."""
+    bench.board.skip = set(range(10_000))
+    bench.stream(0.0)
+    begun_ns = bench.board.now_ns
+    with pytest.raises(BoardError, match=r"no scan for 2\.5 s.* no scan has come since"):
+        bench.driver.poll(100.0)
+    # 2.5 s to the first restart, which takes 1 s, and no more than one more round each
+    assert 30.0 < (bench.board.now_ns - begun_ns) / SECOND < 30.0 + 2 * (2.5 + 1.5)
+    assert bench.scans == []
+
+
+def test_an_adc_whose_supply_comes_back_later_than_the_board_is_waited_for(bench):
+    bench.stream(3.0)
+    bench.board.adc_present = False
+    bench.board.reset()
+    bench.driver.poll(8.0)
+    assert bench.warnings[-1].startswith("the board refuses 'start': adc fault: check the ADC's")
+    bench.board.adc_present = True
+    before = len(bench.scans)
+    bench.driver.poll(5.0)
+    assert len(bench.scans) > before + 200
+    assert len({scan.count_epoch for scan in bench.scans}) == 2
+    assert bench.driver.statistics.restarts == 1
+
+
+def test_an_adc_that_stays_dead_after_a_reset_ends_the_run_with_the_patience(bench):
+    bench.stream(3.0)
+    bench.board.adc_present = False
+    bench.board.reset()
+    begun_ns = bench.board.now_ns
+    with pytest.raises(BoardError, match="adc fault"):
+        bench.driver.poll(100.0)
+    assert 30.0 < (bench.board.now_ns - begun_ns) / SECOND < 35.0
+
+
+def test_another_board_in_the_middle_of_a_run_is_refused(bench):
+    """Plugged in for a dead one while the run waits: the calibrations are not its own."""
+    bench.stream(3.0)
+    bench.board.board_serial = 9
+    bench.board.reset()
+    with pytest.raises(BoardError, match=r"number 9, calibration 7\) is not .* number 8, cal"):
+        bench.driver.poll(5.0)
+    assert {scan.count_epoch for scan in bench.scans} == {1}
 
 
 def test_what_was_put_right_on_the_line_is_told(bench):

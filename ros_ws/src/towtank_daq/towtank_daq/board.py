@@ -39,7 +39,9 @@ What is done, from the least to the last:
    mend (it sets its ADC up anew); they are told after a second.
 4. No good frame for 2.5 s: the port is closed, and opened again with a pulse of DTR, which resets a
    board that hangs; then the driver is quiet, longer than any bootloader is held (10.5 s).
-5. After `patience_s` the run ends with the error.
+5. After `patience_s` the run ends with the error; also one that is started again so long without
+   that a scan comes. An ADC that cannot be set up at a restart may get its supply later than the
+   board: it is waited for likewise. Another board than the run's is refused.
 """
 
 from __future__ import annotations
@@ -60,7 +62,7 @@ from towtank_daq.configuration import (
     configuration_of,
 )
 from towtank_daq.framing import FrameCounters, FrameReader
-from towtank_daq.identity import StoredIdentity
+from towtank_daq.identity import StoredIdentity, number_text
 from towtank_daq.protocol import (
     Answer,
     BootRecord,
@@ -287,6 +289,8 @@ class AdcBoard:
         self._reset_wanted = False  # with a pulse of DTR, when the line is opened again
         self._reopened = False  # and the board not yet heard on it
         self._lost_ns: int | None = None  # since when the run waits for line or board
+        self._barren_ns: int | None = None  # since when it is started again without any scan
+        self._board_of_run: tuple[int, int] | None = None  # serial number, calibration id
         self._crank, self._carriage = _Counter(), _Counter()
         self._count_epoch = 0
         self._last_scan_epoch = 0
@@ -475,7 +479,8 @@ class AdcBoard:
         self._last_sequence = -1
         self._last_stamp_ns = None
         self._line_gone = self._reopened = False
-        self._lost_ns = None
+        self._lost_ns = self._barren_ns = None
+        self._board_of_run = _numbers(self.identity)
         self._adc_watch.reset()
         self._damage_ns, self._damage_told_ns, self._frames_before = self._now_ns(), None, (0, 0)
         self._begin()
@@ -786,11 +791,34 @@ class AdcBoard:
                 f"{self._down}: starting it again; the gap counts as lost scans, and after a reset "
                 "of the board crank and carriage must be zeroed again"
             )
+        if self._barren_ns is not None and self._now_ns() - self._barren_ns >= self._patience_ns:
+            raise BoardError(
+                f"{self._down}, and no scan has come since it was started again: look at what else "
+                "it tells of, or replace it"
+            )
         self._streaming = False
-        self.connect()
+        self._refuse_another_board(self.connect())
         self.configure(self._configuration)
-        self._begin()
+        try:
+            self._begin()
+        except Refused as error:
+            if error.status != "adc_fault":
+                raise
+            raise NoAnswer(str(error)) from error  # its supply may come later than the board's
         self.statistics.restarts += 1
+        if self._barren_ns is None:
+            self._barren_ns = self._now_ns()
+
+    def _refuse_another_board(self, identity: Identity) -> None:
+        known, found = (
+            f"(serial number {number_text(serial)}, calibration {number_text(calibration)})"
+            for serial, calibration in (self._board_of_run, _numbers(identity))
+        )
+        if found != known:
+            raise BoardError(
+                f"the board {found} is not the one that the run began with {known}: begin another "
+                "run"
+            )
 
     def _synchronise(self, now_ns: int) -> None:
         """Make the next sync try when it is due, just behind a scan if these are coming: the
@@ -889,7 +917,7 @@ class AdcBoard:
         for text in self._adc_watch.scan(record.flags, record.valid_mask, stamp_ns):
             self._on_warning(text)
         self._scan_seen = True
-        self._lost_ns = None
+        self._lost_ns = self._barren_ns = None
         self._last_scan_epoch = self._count_epoch
         self._on_scan(
             Scan(
@@ -961,6 +989,10 @@ class AdcBoard:
         self._crank, self._carriage = _Counter(), _Counter()
         # One reset is told in several ways: the epoch is a new one beside the last scan's
         self._count_epoch = max(self._last_scan_epoch + 1, self._boot_count)
+
+
+def _numbers(identity: Identity) -> tuple[int, int]:
+    return identity.board_serial, identity.calibration_id
 
 
 def _name(names: dict[str, int], number: int) -> str:
