@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +22,12 @@ from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.ros_domain import DomainError, domain_of_environment
 from towtank_bringup.run_file import RunFileError, RunningTrial, _process_start
-from towtank_bringup.verbs.crank import _domain_besides, emergency_domains, one_domain
+from towtank_bringup.verbs.crank import (
+    _domain_besides,
+    _not_stopped_quickly,
+    emergency_domains,
+    one_domain,
+)
 from towtank_interfaces.msg import CrankDrive
 from towtank_node.qos import RELIABLE_QOS
 from towtank_node.quick_stop import quick_stop
@@ -115,6 +121,11 @@ def test_the_crank_obeys(tmp_path, runtime, monkeypatch):
         conductor.wait_until(lambda: states[-1].state == CrankDrive.STOPPED, 20.0, "cleared")
         assert quick_stop(trial.domain) == ""
         conductor.wait_until(lambda: states[-1].state == CrankDrive.TRIPPED, 20.0, "trip")
+        assert crank("clear") == (0, "")
+        assert crank("run", "5") == (0, "")
+        conductor.wait_until(lambda: states[-1].crank_rate > 0.3, 20.0, "turning")
+        conductor.bring_crank_to_rest()  # as a trial does at its end
+        assert (states[-1].state, states[-1].trip) == (CrankDrive.STOPPED, CrankDrive.NONE)
         conductor.shut_down()
     finally:
         hung.kill()
@@ -174,6 +185,22 @@ def test_a_domain_that_there_is_not_is_named(monkeypatch, text):
     monkeypatch.setenv("ROS_DOMAIN_ID", text)
     with pytest.raises(DomainError, match="give 0 to 232, or unset it"):
         domain_of_environment()
+
+
+def test_a_node_that_hangs_keeps_no_other_from_its_stop(monkeypatch):
+    """The first answers only after the second was asked."""
+    second_asked = threading.Event()
+
+    def quick_stop(domain):
+        if domain == 8:
+            second_asked.set()
+            return ""
+        return None if second_asked.wait(60.0) else "the second was not asked"
+
+    monkeypatch.setattr("towtank_bringup.verbs.crank.quick_stop", quick_stop)
+    assert _not_stopped_quickly([7, 8]) == [7]
+    assert second_asked.is_set()
+    assert _not_stopped_quickly([]) == []
 
 
 def test_a_domain_that_there_is_not_keeps_no_emergency_stop(monkeypatch):

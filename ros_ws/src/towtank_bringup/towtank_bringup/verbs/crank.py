@@ -7,6 +7,7 @@ An emergency stop waits for what is imported here and below: no more than it nee
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,7 @@ def emergency_stop(directory: Path | None) -> None:
     except (RunFileError, DomainError) as error:
         raise click.ClickException(f"{error}. {_OUTSIDE}") from error
     # Past ROS first. What that does not reach, a node of an older program say, gets the call.
-    left = [domain for domain in (*wanted, *besides) if quick_stop(domain) != ""]
+    left = _not_stopped_quickly([*wanted, *besides])
     refusals = {}
     if set(left) & set(wanted):
         from towtank_bringup.crank_call import CrankCalls
@@ -83,6 +84,13 @@ def emergency_stop(directory: Path | None) -> None:
     told = [why for domain, why in refusals.items() if domain in wanted]
     if told:
         raise click.ClickException(f"{'; '.join(told)}. {_OUTSIDE}")
+
+
+def _not_stopped_quickly(domains: list[int]) -> list[int]:
+    """All at the same time: a node that hangs must not keep the others waiting."""
+    with ThreadPoolExecutor(max(1, len(domains))) as pool:
+        answers = pool.map(quick_stop, domains)
+        return [domain for domain, why in zip(domains, answers, strict=True) if why != ""]
 
 
 _OUTSIDE = "Use the emergency-stop button"
