@@ -184,3 +184,30 @@ def test_the_last_word_holds(words):
     host.pass_time(1.0)
     heard = [word for word in words if not word.startswith("cancelled")]
     assert bool(host.board.told) == (bool(heard) and heard[-1] == "run")
+
+
+def test_a_trip_that_a_reset_made_the_board_forget_must_be_cleared(host):
+    host.board.drive_state = SimpleNamespace(trip="runaway")
+    host.pass_time(0.1)
+    for forgotten in (None, SimpleNamespace(trip="none")):
+        host.board.drive_state = forgotten
+        asked = host.drive.ask("run", 30 * RPM)
+        host.pass_time(0.1)
+        with pytest.raises(BoardError, match=r"forgotten its trip \(runaway\): .*main"):
+            asked.result(0)
+    assert host.board.told == []
+    host.drive.ask("clear_trip")
+    asked = host.drive.ask("run", 30 * RPM)
+    host.pass_time(0.1)
+    assert asked.exception() is None
+
+
+def test_a_trip_is_not_told_again_by_the_state_that_was_there_before_it_was_cleared(host):
+    host.board.drive_state = SimpleNamespace(trip="stall")
+    host.pass_time(0.1)
+    host.drive.ask("clear_trip")
+    host.pass_time(0.1)
+    assert host.drive.trip == "none"
+    host.board.drive_state = SimpleNamespace(trip="stall")  # the next one
+    host.pass_time(0.1)
+    assert host.drive.trip == "stall"

@@ -47,6 +47,19 @@ def test_a_crank_that_turns_on_after_its_trip_is_an_error_that_says_what_to_do(n
     assert node._message.trip == CrankDrive.NONE
 
 
+def test_a_trip_that_the_board_has_forgotten_stays_an_error_until_it_is_cleared(node):
+    told = []
+    node.diagnostics._publisher = SimpleNamespace(publish=lambda array: told.extend(array.status))
+    drive = SimpleNamespace(trip="runaway")
+    node.attend(drive)
+    node.publish(state("tripped", "runaway"))
+    node.publish(state("stopped", "none"))  # after a reset
+    assert [status.level for status in told] == [DiagnosticStatus.ERROR]
+    drive.trip = "none"
+    node.publish(state("stopped", "none"))
+    assert told[-1].level == DiagnosticStatus.OK
+
+
 def test_every_trip_has_its_advice_and_its_constant(description):
     for name, number in description.drive_trip.items():
         assert getattr(CrankDrive, name.upper()) == number

@@ -5,7 +5,7 @@ Requests come from any thread; the one thread that uses the driver serves them b
 The board is told four times a second to keep on, so that it stops the crank by itself when this
 program dies; the word for that starts no crank. What could have changed behind the host's back, a
 reset of the board, a line that was gone, a trip, ends the wish for a speed: the crank never starts
-by itself.
+by itself. A trip that a reset of the board made it forget must be cleared all the same.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 
-from towtank_daq.board import AdcBoard, BoardError
+from towtank_daq.board import TRIP_ADVICE, AdcBoard, BoardError, DriveState
 
 RPM = 2.0 * math.pi / 60.0
 """One revolution per minute, rad/s."""
@@ -52,6 +52,9 @@ class CrankDrive:
         self._wanted = False
         self._asked_s = -math.inf
         self._interruptions = (0, 0)
+        self._told: DriveState | None = None
+        self.trip = "none"
+        """That the board has told and nobody has cleared, by its name in board.yaml."""
 
     def ask(self, action: str, rate: float = 0.0) -> Future[None]:
         """Ask for an action of board.yaml's `drive_action`; `rate` in rad/s is for `run`.
@@ -69,6 +72,7 @@ class CrankDrive:
 
     def serve(self, board: AdcBoard) -> None:
         """Tell the board what is due. To be called often, by the thread that uses the driver."""
+        self._note_trip(board)
         self._drop_what_was_interrupted(board)
         while True:
             try:
@@ -117,12 +121,27 @@ class CrankDrive:
             else:
                 self._wanted = False
                 board.drive(request.action)
+                if request.action == "clear_trip":
+                    self.trip, self._told = "none", board.drive_state  # which still has it
         except (BoardError, OSError) as error:
             request.done.set_exception(error)
         else:
             request.done.set_result(None)
 
+    def _note_trip(self, board: AdcBoard) -> None:
+        """Note a trip when it is told, not again from the same word once it is cleared."""
+        state = board.drive_state
+        if state is not None and state is not self._told and state.trip != "none":
+            self.trip = state.trip
+        self._told = state
+
     def _run(self, board: AdcBoard, rpm: float) -> None:
+        state = board.drive_state
+        if self.trip != "none" and (state is None or state.trip == "none"):
+            raise BoardError(
+                f"the board was reset, and has forgotten its trip "
+                f"({self.trip.replace('_', ' ')}): {TRIP_ADVICE.get(self.trip, 'clear the trip')}"
+            )
         board.drive("run", rpm, self._counts)
         self._wanted = True
         self._asked_s = self._now_s()

@@ -74,14 +74,19 @@ class CrankDriveNode(Node):
         message.duty = state.duty
         message.emergency_stop_closed = state.emergency_stop_closed
         self._publisher.publish(message)
-        if state.trip != self._trip:
-            self._trip = state.trip
-            if state.trip == "none":
+        trip = state.trip
+        if trip == "none" and self._drive is not None:
+            trip = (
+                self._drive.trip
+            )  # a board that was reset has forgotten it; nobody has cleared it
+        if trip != self._trip:
+            self._trip = trip
+            if trip == "none":
                 self.diagnostics.ready()
             else:
-                advice = TRIP_ADVICE.get(state.trip, "look at the drive, then clear the trip")
-                self.get_logger().error(f"{state.trip.replace('_', ' ')}: {advice}")
-                self.diagnostics.fail(f"{state.trip.replace('_', ' ')}: {advice}")
+                advice = TRIP_ADVICE.get(trip, "look at the drive, then clear the trip")
+                self.get_logger().error(f"{trip.replace('_', ' ')}: {advice}")
+                self.diagnostics.fail(f"{trip.replace('_', ' ')}: {advice}")
 
     def close(self) -> None:
         """Listen to no emergency stop any more."""
