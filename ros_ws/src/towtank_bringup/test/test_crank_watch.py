@@ -66,6 +66,12 @@ def test_a_crank_that_something_else_drives_is_not_judged_but_a_trip_is():
     assert "emergency stop" in watch.fault()
 
 
+def test_a_stop_just_before_the_run_ends_it():
+    """The crank was steady, and is not yet slower, when it is held."""
+    watch = held(state(), state(CrankDrive.STOPPING, target=0.0))
+    assert watch.fault() == "the crank was stopped from outside"
+
+
 def test_before_the_run_a_trip_is_told_once_and_may_be_cleared():
     watch = CrankWatch()
     tripped = state(CrankDrive.TRIPPED, CrankDrive.EMERGENCY_STOP, 0.0)

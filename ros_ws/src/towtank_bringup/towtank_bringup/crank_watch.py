@@ -76,7 +76,7 @@ class CrankWatch:
             if state.trip == CrankDrive.EMERGENCY_STOP:
                 return "the crank was stopped from outside: emergency stop"
             return f"the crank's drive has tripped: {self._trip_words()}"
-        if held.state != CrankDrive.RUNNING:
+        if held.state not in (CrankDrive.RUNNING, CrankDrive.STOPPING):
             return ""
         if state.state != CrankDrive.RUNNING:
             return "the crank was stopped from outside"
