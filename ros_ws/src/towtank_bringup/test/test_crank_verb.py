@@ -180,7 +180,7 @@ def test_an_emergency_stop_goes_to_all():
         emergency_domains([], None, None)
 
 
-@pytest.mark.parametrize("text", ["300", "-1", "seven", "7.0", "²"])
+@pytest.mark.parametrize("text", ["300", "-1", "seven", "7.0", "²", "010", "0x7", " 7"])
 def test_a_domain_that_there_is_not_is_named(monkeypatch, text):
     monkeypatch.setenv("ROS_DOMAIN_ID", text)
     with pytest.raises(DomainError, match="give 0 to 232, or unset it"):
