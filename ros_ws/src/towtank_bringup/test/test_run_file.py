@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 from dataclasses import replace
@@ -190,6 +191,31 @@ def test_a_folder_that_cannot_be_made_is_named(runtime, monkeypatch):
         announced(Path("/"), 1, True),
     ):
         pass
+
+
+def test_it_is_found_from_a_terminal_with_another_environment(tmp_path, monkeypatch):
+    """And where systemd has removed the runtime folder at the last logout."""
+    shared = tmp_path / "shared"
+    places = run_file._places
+    monkeypatch.setattr(run_file, "_places", lambda: [shared, *places()])
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with announced(Path("/trials/a"), 3, True) as trial:
+        written = [place / trial.file_name for place in run_file._places()]
+        assert len(written) == 3
+        assert all(path.is_file() for path in written)
+        assert running_trials() == [trial]  # once
+        shutil.rmtree(tmp_path / "towtank")
+        for name in ("TMPDIR", "XDG_RUNTIME_DIR"):
+            monkeypatch.setenv(name, "/nowhere")
+        assert running_trials() == [trial]
+    assert not any(path.exists() for path in written)
+
+
+def test_what_every_terminal_has_is_among_the_places(monkeypatch):
+    """Whatever the environment names besides."""
+    monkeypatch.undo()
+    monkeypatch.setenv("TMPDIR", "/elsewhere")
+    assert Path(f"/tmp/towtank-{os.geteuid()}") in run_file._places()
 
 
 def test_the_next_place_is_taken_and_all_are_looked_at(runtime, monkeypatch, tmp_path):

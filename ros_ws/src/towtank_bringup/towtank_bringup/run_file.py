@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which trials run on this machine, told by a file of each in the user's runtime folder.
+"""Which trials run on this machine, told by a file of each in the user's own folders.
 
 A trial takes a ROS domain of its own, which nobody else could know. While it runs, a file says in
 which domain, so that a command from another terminal finds the trial's graph. It is written whole
 or not at all and removed at the trial's end; the file of a trial that was killed is known by its
 process, which is not there any more, and is passed over and cleared away.
+
+It is written in every place there is: another terminal may have another environment, and systemd
+removes a user's runtime folder at the last logout, while a trial under nohup goes on.
 
 What stands in these files decides whose motor is started or stopped, so a folder or file counts
 only if it is the user's own, no link, and nobody else may write in it. No ROS in here, and nothing
@@ -117,22 +120,18 @@ def announced(directory: Path, domain: int, on_virtual_tank: bool) -> Iterator[R
     Raises RunFileError if there is no folder for it.
     """
     trial = RunningTrial.of_this_process(directory, domain, on_virtual_tank)
-    folder = _write(trial)
-    try:
+    with contextlib.ExitStack() as files:
+        _write(trial, files)
         yield trial
-    finally:
-        with contextlib.suppress(OSError):
-            os.unlink(trial.file_name, dir_fd=folder)
-        os.close(folder)
 
 
 def running_trials() -> list[RunningTrial]:
     """The user's trials that run on this machine, the oldest first; files of dead ones go."""
-    found = []
+    found = {}
     for place in _places():
         with contextlib.suppress(OSError, RunFileError), _opened(place) as folder:
-            found += _read(folder)
-    return sorted(found, key=lambda trial: trial.started)
+            found.update({trial.file_name: trial for trial in _read(folder)})
+    return sorted(found.values(), key=lambda trial: trial.started)
 
 
 def choose_trial(
@@ -164,16 +163,14 @@ def listed(trials: Sequence[RunningTrial]) -> str:
 
 # ------------------------------------------------------------------------------------ the folder
 def _places() -> list[Path]:
-    """Where run files may be, the place to write to first.
-
-    All are looked at: another terminal may have another environment.
-    """
+    """Where run files are written and looked for: what every terminal of the user has, and what
+    its environment names."""
     places = []
-    for folder in (os.environ.get("XDG_RUNTIME_DIR", ""), f"/run/user/{os.geteuid()}"):
+    for folder in (f"/run/user/{os.geteuid()}", os.environ.get("XDG_RUNTIME_DIR", "")):
         # The freedesktop.org base directory specification: absolute, and the user's own
         if os.path.isabs(folder) and _is_own(folder):
             places.append(Path(folder) / "towtank")
-    for folder in (os.environ.get("TMPDIR", ""), "/tmp"):
+    for folder in ("/tmp", os.environ.get("TMPDIR", "")):
         if os.path.isabs(folder):
             places.append(Path(folder) / f"towtank-{os.geteuid()}")
     return list(dict.fromkeys(places))
@@ -201,24 +198,33 @@ def _opened(place: Path) -> Iterator[int]:
         os.close(folder)
 
 
-def _write(trial: RunningTrial) -> int:
-    """Write the run file; returns the descriptor of its folder."""
-    refused = []
+def _write(trial: RunningTrial, files: contextlib.ExitStack) -> None:
+    """Write the run file in all places that take it, to be removed when `files` is closed."""
+    written, refused = 0, []
     for place in _places():
         try:
             with contextlib.suppress(FileExistsError):
                 place.mkdir(mode=0o700)
             with _opened(place) as folder:
                 _write_atomically(folder, trial)
-                return os.dup(folder)
+                files.callback(_remove, os.dup(folder), trial.file_name)
+                written += 1
         except OSError as error:
             refused.append(f"{place}: {error.strerror}")
         except RunFileError as error:
             refused.append(str(error))
+    if written:
+        return
     raise RunFileError(
         "no folder to tell in of this trial, without which `towtank crank emergency-stop` could "
         f"not reach it ({'; '.join(refused)}): set XDG_RUNTIME_DIR to a folder of your own"
     )
+
+
+def _remove(folder: int, name: str) -> None:
+    with contextlib.suppress(OSError):
+        os.unlink(name, dir_fd=folder)
+    os.close(folder)
 
 
 def _write_atomically(folder: int, trial: RunningTrial) -> None:
