@@ -10,7 +10,7 @@ import click
 
 from towtank_bringup.environment import EnvironmentProblem
 from towtank_bringup.standard_streams import OutputError, guard_standard_streams
-from towtank_bringup.stop_request import Stopped
+from towtank_bringup.stop_request import Stopped, stopping_at_once
 
 VERBS = {
     "trial": "Record a trial and report it.",
@@ -63,7 +63,8 @@ def main() -> None:
 def _run() -> int:
     """Run the command and say in one line why it ended, if not well. Returns the exit status."""
     try:
-        status = towtank.main(prog_name="towtank", standalone_mode=False)
+        with stopping_at_once():
+            status = towtank.main(prog_name="towtank", standalone_mode=False)
         sys.stdout.flush()
         return status
     except click.exceptions.Exit as end:
@@ -74,6 +75,9 @@ def _run() -> int:
         return _failed(error.format_message())
     except (EnvironmentProblem, OutputError) as error:
         return _failed(str(error))
+    except OSError as error:  # no room for a scratch folder, for example
+        place = f"{error.filename}: " if error.filename else ""
+        return _failed(f"{place}{error.strerror or error}")
     except (click.Abort, KeyboardInterrupt) as error:  # click makes the first of the second
         print("towtank: stopped", file=sys.stderr)
         return error.__cause__.status if isinstance(error.__cause__, Stopped) else 130

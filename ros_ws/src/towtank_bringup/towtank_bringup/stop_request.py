@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C, kill and a terminal that goes away, noticed at safe points only."""
+"""Ctrl-C, kill and a terminal that goes away: noticed at safe points only, or at once as Ctrl-C."""
 
 from __future__ import annotations
 
+import contextlib
 import signal
+from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
@@ -16,6 +18,9 @@ class Stopped(KeyboardInterrupt):
         self.status = 128 + number
 
 
+_Handler = Callable[[int, FrameType | None], None]
+
+
 class StopRequest:
     """While it is entered, SIGINT, SIGTERM and SIGHUP are only noted; `check` raises Stopped.
 
@@ -25,18 +30,14 @@ class StopRequest:
 
     def __init__(self) -> None:
         self._requested: int | None = None
-        self._previous: dict[int, Any] = {}
+        self._handled = _handled(self._note, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
     def __enter__(self) -> StopRequest:
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            if number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN:
-                continue
-            self._previous[number] = signal.signal(number, self._note)
+        self._handled.__enter__()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self._previous.items():
-            signal.signal(number, handler)
+    def __exit__(self, *exception: Any) -> None:
+        self._handled.__exit__(*exception)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if self._requested is None:
@@ -46,3 +47,29 @@ class StopRequest:
         """Raise Stopped if the user wants to stop."""
         if self._requested is not None:
             raise Stopped(self._requested)
+
+
+@contextlib.contextmanager
+def stopping_at_once() -> Iterator[None]:
+    """Meanwhile SIGTERM and SIGHUP raise Stopped as Ctrl-C raises KeyboardInterrupt, so that what
+    was begun is put away. The first one counts: a terminal that goes sends several."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        for each in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(each, signal.SIG_IGN)
+        raise Stopped(number)
+
+    with _handled(stop, signal.SIGTERM, signal.SIGHUP):
+        yield
+
+
+@contextlib.contextmanager
+def _handled(handler: _Handler, *numbers: signal.Signals) -> Iterator[None]:
+    """Signals go to the handler meanwhile; SIGHUP does not where it is ignored."""
+    taken = [n for n in numbers if n != signal.SIGHUP or signal.getsignal(n) != signal.SIG_IGN]
+    previous = {number: signal.signal(number, handler) for number in taken}
+    try:
+        yield
+    finally:
+        for number, before in previous.items():
+            signal.signal(number, before)
