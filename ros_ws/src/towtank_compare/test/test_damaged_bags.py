@@ -93,6 +93,67 @@ def test_a_lost_mark_of_the_log_narrows_the_window_to_what_is_surely_in_it(bag, 
     assert result["measured"] == pytest.approx(12 / 55, rel=0.03)
 
 
+def split(bag, at_s: float, names: tuple[str, ...]):
+    """Two files of a bag instead of one, parted at an instant, and what lists them; returns
+    them."""
+    files = [bag.parent / name for name in names]
+    with bag.open("rb") as source:
+        reader = make_reader(source)
+        messages = list(reader.iter_messages())
+        attachments = list(reader.iter_attachments())
+    border_ns = START_NS + int(at_s * 1e9)
+    for number, path in enumerate(files):
+        with path.open("wb") as out:
+            writer = Writer(out, chunk_size=64_000)  # definitions are most of the first
+            writer.start("ros2")
+            for each in attachments:
+                writer.add_attachment(1, 1, each.name, each.media_type, each.data)
+            channels = {}
+            for schema, channel, message in messages:
+                if channel.id not in channels:
+                    schema_id = writer.register_schema(schema.name, schema.encoding, schema.data)
+                    channels[channel.id] = writer.register_channel(
+                        channel.topic, "cdr", schema_id, channel.metadata
+                    )
+                if (message.log_time >= border_ns) == bool(number):
+                    writer.add_message(
+                        channels[channel.id],
+                        message.log_time,
+                        message.data,
+                        message.publish_time,
+                        message.sequence,
+                    )
+            writer.finish()
+    bag.unlink()
+    listed = "".join(f"    - {name}\n" for name in names)
+    (bag.parent / "metadata.yaml").write_text(
+        f"rosbag2_bagfile_information:\n  relative_file_paths:\n{listed}"
+    )
+    return files
+
+
+def test_a_lost_mark_may_have_stood_at_the_beginning_of_a_file(bag):
+    """The window must not go on to where the carriage brakes."""
+    _, second = split(bag, LOG[1] - 0.5, ("a.mcap", "b.mcap"))
+    first_chunk, *rest = scan_file(second).blocks
+    assert rest
+    assert first_chunk.last_ns > START_NS + LOG[1] * 1e9 + LATENCY_NS
+    spoil(second, first_chunk)
+    result = compare_bag(bag.parent)
+    end = result["window"][1] - START_NS * 1e-9
+    assert LOG[1] - 1.0 < end <= LOG[1] - 0.5
+    assert any(note.startswith("log_stop is lost: the window") for note in result["bag_notes"])
+
+
+def test_a_file_that_is_gone_may_have_held_the_mark(bag):
+    """Nothing tells when what it held was."""
+    _, second = split(bag, LOG[1] - 0.5, ("a.mcap", "b.mcap"))
+    second.unlink()
+    result = compare_bag(bag.parent)
+    assert "b.mcap is of the bag by its metadata.yaml and lost" in result["bag_problem"]
+    assert any(note.startswith("log_stop is lost, and") for note in result["bag_notes"])
+
+
 def test_where_both_marks_are_lost_a_window_is_asked_for(bag):
     for instant in LOG:
         spoil_chunk(bag, instant)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from towtank_bag.reader import Bag, BagError
+from towtank_bag.reader import Bag, BagError, LostStretch
 from towtank_node.stamps import stamp_ns
 
 from towtank_compare import topics
@@ -90,14 +90,28 @@ def _last_logged(bag: Bag, begin_ns: int) -> tuple[int, str | None]:
     """The last crank angle before the first loss behind log_start, and what to say of that."""
     crank = bag.series(topics.CRANK, [])
     stamps, log_times = crank["stamp_ns"], crank["log_time_ns"]
-    losses = [s.from_ns for s in bag.lost if s.from_ns is not None and s.from_ns >= begin_ns]
+    begins = [_begin_of(stretch, log_times) for stretch in bag.lost]
+    losses = [begin for begin in begins if begin is not None and begin >= begin_ns]
     note = None
+    if LostStretch(None, None) in bag.lost:
+        note = (
+            "log_stop is lost, and nothing tells when: the window ends at the last crank angle, "
+            "--window chooses another"
+        )
     if losses and (log_times > min(losses)).any():
         stamps = stamps[log_times <= min(losses)]
         note = (
             "log_stop is lost: the window ends where the first damaged part behind log_start begins"
         )
     return (int(stamps.max()) if len(stamps) else begin_ns), note
+
+
+def _begin_of(stretch: LostStretch, log_times: np.ndarray) -> int | None:
+    """The log time before a loss, by the crank's angles where the loss begins one of the bag's
+    files; None where nothing tells."""
+    if stretch.from_ns is not None or stretch.to_ns is None:
+        return stretch.from_ns
+    return int(log_times[log_times < stretch.to_ns].max(initial=0))
 
 
 def _why_no_window(bag: Bag, mark: str) -> str:
