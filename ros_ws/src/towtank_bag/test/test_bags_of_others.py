@@ -145,6 +145,34 @@ def test_two_damaged_copies_complete_one_another(bag):
     assert opened.problem.count("1 damaged place is left out") == 2
 
 
+def test_a_damaged_attachment_of_one_copy_does_not_hide_the_others(bag):
+    (bag.parent / "metadata.yaml").unlink()
+    copy = bag.parent / "bag_0 (1).mcap"
+    copy.write_bytes(bag.read_bytes())
+    for spoilt, whole in ((bag, copy), (copy, bag)):
+        content = whole.read_bytes()
+        overwrite(spoilt, content.index(b"name: any"), b"Name")
+        opened = open_bag(bag.parent)
+        assert opened.attachments["rig.yaml"] == b"name: any\n"
+        assert "rig.yaml is damaged" in opened.problem
+        spoilt.write_bytes(content)
+
+
+def test_a_file_that_holds_more_than_is_listed_is_told(bag):
+    """One of another recording, under the right name."""
+    metadata = bag.parent / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace(f"message_count: {COUNT}", "message_count: 7"))
+    (note,) = open_bag(bag.parent).notes
+    assert note.startswith(f"the files hold {COUNT} messages, 7 by metadata.yaml")
+
+
+def test_a_list_of_files_that_lists_none_is_told(bag):
+    metadata = bag.parent / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace("relative_file_paths", "relative_file_paXhs"))
+    (note,) = open_bag(bag.parent).notes
+    assert note == "metadata.yaml is damaged: it lists no file"
+
+
 def test_files_of_two_recordings_are_not_mixed(original, tmp_path):
     """The type has changed in between."""
     rewrite(original, tmp_path / "v" / "a.mcap", wanted=lambda n: n < 100)

@@ -68,6 +68,8 @@ def bag_files(directory: Path) -> BagFiles:
             "with ros2 bag convert"
         )
     listed = _listed_names(information)
+    if information and not listed:
+        notes.append(f"{METADATA_FILE} is damaged: it lists no file")
     missing = [name for name in listed if name not in {path.name for path in present}]
     if listed and not missing:
         notes += [

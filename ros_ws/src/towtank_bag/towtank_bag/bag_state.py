@@ -60,6 +60,11 @@ def state_of(
             f"{files.message_count - counted} of {files.message_count} messages are not there"
         )
         lost.append(LostStretch(None, None))
+    if files.message_count is not None and counted > files.message_count:
+        notes.append(
+            f"the files hold {counted} messages, {files.message_count} by {METADATA_FILE}: one of "
+            "them is of another recording, or damaged"
+        )
     return BagState(
         f"{directory}: {'; '.join(problems)}" if problems else None, notes, lost, files.type_hashes
     )

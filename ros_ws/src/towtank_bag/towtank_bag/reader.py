@@ -58,9 +58,7 @@ class Bag:
         self.directory = directory
         self._scans = scans
         self._state = state
-        self.attached_files: dict[str, AttachedFile] = {
-            name: file for scan in scans for name, file in scan.attachments.items()
-        }
+        self.attached_files = _attached_files(scans)
         self.attachments = {
             name: file.data
             for name, file in self.attached_files.items()
@@ -222,6 +220,16 @@ def _scan_all(files: BagFiles) -> tuple[list[Scan], list[Path]]:
     if not scans:
         raise next(iter(refused.values()))
     return scans, list(refused)
+
+
+def _attached_files(scans: Sequence[Scan]) -> dict[str, AttachedFile]:
+    """The attachments of all files; of one that several have, the first that is not damaged."""
+    attached: dict[str, AttachedFile] = {}
+    for scan in scans:
+        for name, file in scan.attachments.items():
+            if name not in attached or (attached[name].intact is False and file.intact):
+                attached[name] = file
+    return attached
 
 
 def _leave_out_repetitions(scan: Scan, earlier: Sequence[Scan]) -> None:
