@@ -154,9 +154,10 @@ def judge(seed: int, number: int) -> Outcome:
         except Exception:  # noqa: BLE001 - whatever it is: that is what is looked for
             return Outcome(number, kind, CRASHED, traceback.format_exc())
     told = "; ".join([*filter(None, (result["bag_problem"],)), *result["bag_notes"]])
-    same = _comparable(result) == _undamaged(number % 2)
-    verdicts = {(True, False): SAME, (True, True): SAME_TOLD, (False, True): LESS_TOLD}
-    return Outcome(number, kind, verdicts.get((same, bool(told)), SILENT), told)
+    if _comparable(result) == _undamaged(number % 2):
+        return Outcome(number, kind, SAME_TOLD if told else SAME, told)
+    # A note alone does not say that something is lost
+    return Outcome(number, kind, LESS_TOLD if result["bag_problem"] else SILENT, told)
 
 
 def parse_once() -> None:
