@@ -65,6 +65,14 @@ class HeldDirectory:
         os.unlink(name, dir_fd=self._descriptor)
         self.sync()
 
+    def sync_file(self, name: str) -> None:
+        """Force what is in a file to the disk."""
+        descriptor = self.open(name, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
     def sync(self) -> None:
         """Force its entries to the disk."""
         os.fsync(self._descriptor)

@@ -37,6 +37,29 @@ def test_mark_goes_when_the_trial_is_whole(directory):
     assert marks(directory) == []
 
 
+def test_mark_goes_once_the_result_is_on_the_disk(directory, monkeypatch):
+    """A power cut must not leave an empty result in a directory that looks whole."""
+    calls = []
+    sync, unlink = os.fsync, os.unlink
+    monkeypatch.setattr(os, "fsync", lambda fd: calls.append(os.fstat(fd).st_ino) or sync(fd))
+    monkeypatch.setattr(os, "unlink", lambda name, **k: calls.append(name) or unlink(name, **k))
+    with marked(directory):
+        directory.result.write_text("{}")
+        directory.report.write_text("<html>")
+    files = [directory.result.stat().st_ino, directory.report.stat().st_ino]
+    assert calls[:3] == [*files, "IN_PROGRESS"]
+
+
+def test_a_disk_that_fails_at_the_end_is_one_line(directory, monkeypatch):
+    def failing(descriptor):
+        raise OSError(errno.EIO, "Input/output error")
+
+    with pytest.raises(IncompleteTrial, match="Input/output error"), marked(directory):
+        directory.result.write_text("{}")
+        monkeypatch.setattr(os, "fsync", failing)
+    assert "INCOMPLETE" in marks(directory)
+
+
 @pytest.mark.parametrize(
     "fault",
     [

@@ -39,6 +39,7 @@ def marked(directory: TrialDirectory) -> Iterator[None]:
     """
     try:
         yield
+        directory.complete()
     except BaseException as error:
         done = directory.incomplete()
         if isinstance(error, FAULTS):
@@ -49,7 +50,6 @@ def marked(directory: TrialDirectory) -> Iterator[None]:
                 f"{place}: {error.strerror}: mend that and start again ({done})"
             ) from error
         raise
-    directory.complete()
 
 
 def close_trial(directory: TrialDirectory, say: Callable[[str], None]) -> dict[str, Any]:

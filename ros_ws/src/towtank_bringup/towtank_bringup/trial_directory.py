@@ -77,8 +77,12 @@ class TrialDirectory:
             )
 
     def complete(self) -> None:
-        """The trial is whole: take the mark away."""
-        self._hold().remove(_RUNNING)
+        """The trial is whole, and stays so after a power cut: take the mark away."""
+        held = self._hold()
+        for path in (self.result, self.report):
+            if held.has(path.name):
+                held.sync_file(path.name)
+        held.remove(_RUNNING)
 
     def incomplete(self) -> str:
         """The trial is not whole. Renaming needs no room: it works on a full disk too. On a disk
