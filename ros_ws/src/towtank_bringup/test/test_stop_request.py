@@ -9,9 +9,11 @@ import time
 
 import click
 import pytest
-from towtank_bringup import cli
+from towtank_bringup import calibration_session, cli
 from towtank_bringup.environment import runtime_folder
 from towtank_bringup.stop_request import Stopped, StopRequest, stopping_at_once
+from towtank_lab.procedures import PRESSURE_COLUMNS
+from towtank_lab.readings_file import read_rows
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -65,6 +67,16 @@ def test_every_verb_puts_away_what_it_has_begun(monkeypatch, number):
     assert cleared_up == ["cleared up"]
     assert not folder.exists()
     assert signal.getsignal(number) == before
+
+
+def test_a_calibrations_readings_are_kept_when_the_terminal_goes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = [{"depth_m": 1.0, "volts": 2.5}]
+    with pytest.raises(Stopped), stopping_at_once(), calibration_session._kept(rows):
+        os.kill(os.getpid(), signal.SIGHUP)
+        time.sleep(10)
+    (path,) = tmp_path.glob("readings-*.csv")
+    assert read_rows(path, PRESSURE_COLUMNS) == rows
 
 
 @pytest.mark.parametrize(
