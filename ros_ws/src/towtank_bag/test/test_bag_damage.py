@@ -10,24 +10,13 @@ import zlib
 import numpy as np
 import pytest
 from mcap.opcode import Opcode
-from other_bags import PER_CHUNK, copy_bag, overwrite, records, rewrite, write_bag
+from other_bags import PER_CHUNK, overwrite, records, rewrite, write_bag
 from towtank_bag import mcap_scan
 from towtank_bag.layout import BagError
 from towtank_bag.reader import LostStretch, open_bag
 
 CHUNKS = 4
 COUNT = PER_CHUNK * CHUNKS
-
-
-@pytest.fixture(scope="module")
-def original(tmp_path_factory):
-    return write_bag(tmp_path_factory.mktemp("bags") / "bag", CHUNKS)
-
-
-@pytest.fixture
-def bag(original, tmp_path):
-    """A copy of it, to be damaged."""
-    return copy_bag(original, tmp_path)
 
 
 def numbers(opened) -> list[int]:

@@ -6,7 +6,7 @@ import os
 import pytest
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType, IndexType
-from other_bags import PER_CHUNK, copy_bag, overwrite, records, rewrite, write_bag
+from other_bags import PER_CHUNK, overwrite, records, rewrite
 from ruamel.yaml import YAML
 from test_bag_damage import numbers
 from towtank_bag.definitions import message_definition
@@ -15,17 +15,6 @@ from towtank_bag.reader import open_bag
 
 CHUNKS = 3
 COUNT = PER_CHUNK * CHUNKS
-
-
-@pytest.fixture(scope="module")
-def original(tmp_path_factory):
-    return write_bag(tmp_path_factory.mktemp("bags") / "bag", CHUNKS)
-
-
-@pytest.fixture
-def bag(original, tmp_path):
-    """A copy of it, to be spoilt."""
-    return copy_bag(original, tmp_path)
 
 
 @pytest.mark.parametrize(

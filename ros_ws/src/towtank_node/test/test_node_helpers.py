@@ -12,7 +12,6 @@ import threading
 import time
 
 import pytest
-import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from hypothesis import given
@@ -31,14 +30,6 @@ from towtank_node.qos import RELIABLE_QOS
 from towtank_node.stamps import SteadyTimes, ros_minus_monotonic_ns, set_stamp, stamp_ns
 from towtank_node.timers import create_steady_timer
 from towtank_node.trial_clock import TrialClock
-
-
-@pytest.fixture
-def context():
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    yield context
-    rclpy.shutdown(context=context)
 
 
 def node_with(context, **values):

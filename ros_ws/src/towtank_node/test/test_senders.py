@@ -6,7 +6,6 @@ from __future__ import annotations
 import types
 
 import pytest
-import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.serialization import serialize_message
@@ -16,14 +15,6 @@ from towtank_node.polling import PolledSubscription
 from towtank_node.qos import RELIABLE_QOS
 from towtank_node.senders import UNKNOWN_NODE, Senders, publishers
 from towtank_node.taking import Taker
-
-
-@pytest.fixture
-def context():
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    yield context
-    rclpy.shutdown(context=context)
 
 
 def listener(context, senders: str = "") -> Node:
