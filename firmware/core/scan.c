@@ -98,6 +98,7 @@ static void open_record(struct scan *scan, const struct scan_tick *tick, uint32_
     scan->reported_missed_ticks = missed_ticks;
     scan->reported_illegal_steps = tick->encoders.illegal_steps;
     scan->slot = 0;
+    scan->out_of_step = false;
     scan->converting = true;
     scan->last_conversion = tick->ticks;
 }
@@ -250,7 +251,9 @@ static void take_channel(struct scan *scan, const struct ad7124_conversion *conv
                          uint32_t since_tick)
 {
     uint8_t slot = conversion->slot;
-    bool early = is_early(scan, slot, since_tick) || (scan->slot == 0 && slot != 0);
+    // One of those behind may be read so late that its time does not tell.
+    scan->out_of_step = scan->out_of_step || is_early(scan, slot, since_tick);
+    bool early = scan->out_of_step || (scan->slot == 0 && slot != 0);
     if (slot != scan->slot || early) {
         scan->counters.sequence_errors++;
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;

@@ -72,8 +72,9 @@ struct scan {
     uint8_t empty_scans;     // in a row
 
     // The scan that the main loop reads.
-    bool converting; // conversions of it are still to come
-    uint8_t slot;    // the next one; behind the last channel comes housekeeping
+    bool converting;  // conversions of it are still to come
+    uint8_t slot;     // the next one; behind the last channel comes housekeeping
+    bool out_of_step; // one came too soon, and with it all that are still to come
     uint32_t last_conversion; // low half of the time at which it was read, or of the scan's start
     struct data_frame record;
     uint32_t reported_missed_ticks; // what the last record knew

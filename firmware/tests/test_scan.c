@@ -600,6 +600,27 @@ static void a_sequence_out_of_step_costs_one_scan_more(void **state)
     }
 }
 
+// Behind a conversion that came too soon all others of the scan do, also one that is read so late that its
+// own time does not tell.
+static void a_conversion_out_of_step_is_not_taken_however_late_it_is_read(void **state)
+{
+    struct whole_board *whole = *state;
+    const uint32_t conversion = 2184;
+    whole->adc.sequence_goes_on = true;
+    struct start_response response = start(whole);
+    uint64_t tick = response.first_tick + 3 * response.period_ticks;
+    whole_board_run_until(whole, tick - 1000); // at rest
+    whole->adc.position = 1;                   // as after a glitch on SYNC
+    whole_board_run_until(whole, tick + 2 * conversion - 50);
+    hal_host_advance(conversion - 200); // conversion 2 is read when 3 is nearly there
+    whole_board_run_ms(whole, 3 * PERIOD_MS);
+    stop(whole);
+    struct data_frame hit = whole_board_data(whole, 3);
+    assert_int_equal(hit.flags, BOARD_FLAG_ADC_ERROR);
+    assert_int_equal(hit.valid_mask, 0);
+    assert_int_equal(marked_in_a_row(whole, 0), 1);
+}
+
 static void a_stall_within_a_scan_keeps_what_was_read(void **state)
 {
     struct whole_board *whole = *state;
@@ -736,6 +757,7 @@ int main(void)
         TEST(a_command_that_the_adc_could_not_take_is_counted_and_repeated),
         TEST(a_sequence_that_goes_on_from_sync_is_as_good_as_one_that_begins_anew),
         TEST(a_sequence_out_of_step_costs_one_scan_more),
+        TEST(a_conversion_out_of_step_is_not_taken_however_late_it_is_read),
         TEST(a_stall_within_a_scan_keeps_what_was_read),
         TEST(ticks_missed_by_a_sleeping_main_loop_are_counted_and_marked),
         TEST(stop_waits_for_the_running_scan),
