@@ -78,5 +78,10 @@ def test_each_new_kind_of_error_is_told_once(protocol):
     (text,) = told(0x06)
     assert text.startswith("the ADC tells of register checksum: keep what sparks away")
     assert told(0x06) == []
+    watch.reset()  # another stream of the same board
+    assert told(0x06) == []
     (text,) = told(0x800806)
     assert text.startswith("the ADC tells of power on + 0x000800: check its 3.3 V supply")
+    watch.board_was_reset()  # what it tells of now is of this life
+    (text,) = told(0x02)
+    assert text.startswith("the ADC tells of register checksum")

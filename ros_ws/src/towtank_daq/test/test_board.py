@@ -35,6 +35,7 @@ class ScriptedBoard:
         self.deaf = False
         self.adc_present = True
         self.board_serial = 8
+        self.adc_error_bits = 0
         self.skip: set[int] = set()
         self.bad_channels: dict[int, int] = {}  # by scan number: the valid mask
         self.answer_losses: dict[int, int] = {}
@@ -166,7 +167,8 @@ class ScriptedBoard:
 
     def health(self) -> bytes:
         head = struct.pack("<10IBHH", *[0] * 10, 1, self.boot_count, 500)
-        return head + bytes(9) + struct.pack("<IBB", self.scheduled, self.streaming, 0)
+        told = self.adc_error_bits.to_bytes(3, "little")
+        return head + bytes(6) + told + struct.pack("<IBB", self.scheduled, self.streaming, 0)
 
     def _health(self) -> None:
         if not self.deaf:
@@ -744,6 +746,23 @@ def test_an_adc_that_stays_dead_after_a_reset_ends_the_run_with_the_patience(ben
     with pytest.raises(BoardError, match="adc fault"):
         bench.driver.poll(100.0)
     assert 30.0 < (bench.board.now_ns - begun_ns) / SECOND < 35.0
+
+
+def test_what_the_adc_tells_of_in_the_first_second_is_said(bench):
+    """Of a run, and of a board's life; what it told an earlier host of is not."""
+    bench.board.adc_error_bits = 0x01
+    bench.stream(0.0)
+    bench.board.adc_error_bits |= 0x02
+    bench.driver.poll(3.0)
+    (text,) = bench.warnings
+    assert text.startswith("the ADC tells of register checksum: ")
+    bench.board.adc_error_bits = 0x02
+    bench.board.reset()
+    bench.driver.poll(5.0)
+    assert [w.split(":")[0] for w in bench.warnings[1:]] == [
+        "the board was reset (watchdog)",
+        "the ADC tells of register checksum",
+    ]
 
 
 def test_another_board_in_the_middle_of_a_run_is_refused(bench):

@@ -34,16 +34,21 @@ class AdcWatch:
     def __init__(self, protocol: Protocol) -> None:
         self._protocol = protocol
         self._restart_flag = protocol.board.data_flags["adc_restart"]
+        self._bits: int | None = None
         self.reset()
 
+    def board_was_reset(self) -> None:
+        """Forget all: what the board tells of from here on is new."""
+        self.reset()
+        self._bits = 0
+
     def reset(self) -> None:
-        """Forget all: another stream, or another life of the board."""
+        """Another stream, of a board that has not forgotten what its ADC has told of."""
         self._begun_ns: int | None = None  # of the outage that lasts
         self._outage_told = False
         self._restarted = False
         self._without = 0  # scans without a channel, of outages not yet told as over
         self._told_ns: int | None = None
-        self._bits: int | None = None
 
     def scan(self, flags: int, valid_mask: int, stamp_ns: int) -> Iterator[str]:
         """One more scan that has come."""
@@ -71,7 +76,7 @@ class AdcWatch:
             self._without = 0
 
     def health(self, record: HealthRecord) -> Iterator[str]:
-        """The board's counters as they stand."""
+        """The board's counters as they stand; the first may tell of an earlier host's runs."""
         known, self._bits = self._bits, record.adc_error_bits
         new = record.adc_error_bits & ~(known or 0)
         if known is None or not new:

@@ -327,9 +327,11 @@ class AdcBoard:
         """
         self.identity = self._identified(self._find(timeout_s))
         self._command("stop")
-        self._take_boot_count(self.counters())
+        counters = self.counters()
+        self._take_boot_count(counters)
         if self._last_scan_epoch and not self._has_run_on(self.board_time()):
             self._forget_counts()  # also where neither boot frame nor boot count tell of a reset
+        self._tell_of_adc(counters)
         self._count_epoch = max(self._count_epoch, self._boot_count)
         return self.identity
 
@@ -943,6 +945,9 @@ class AdcBoard:
         elif idle and not reset:
             self._down = "the board has gone idle, having heard nothing from the host for too long"
         self.health = record
+        self._tell_of_adc(record)
+
+    def _tell_of_adc(self, record: HealthRecord) -> None:
         for text in self._adc_watch.health(record):
             self._on_warning(text)
 
@@ -985,7 +990,7 @@ class AdcBoard:
 
     def _forget_counts(self) -> None:
         self.drive_state = None
-        self._adc_watch.reset()
+        self._adc_watch.board_was_reset()
         self._crank, self._carriage = _Counter(), _Counter()
         # One reset is told in several ways: the epoch is a new one beside the last scan's
         self._count_epoch = max(self._last_scan_epoch + 1, self._boot_count)
