@@ -269,6 +269,10 @@ def test_which_is_meant(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "link").symlink_to("a")
     assert choose_trial([first, second], tmp_path / "link") is first
+    (tmp_path / "loop").symlink_to("loop")
+    assert choose_trial([here(str(tmp_path / "loop"), 3), second], tmp_path / "b") is second
+    with pytest.raises(RunFileError, match=r"no trial runs in .*/loop"):
+        choose_trial([second], tmp_path / "loop")
     with pytest.raises(RunFileError, match="start one with `towtank trial`"):
         choose_trial([])
     with pytest.raises(RunFileError, match=r"2 trials run: .*--trial DIR: .*/a .*; .*/b "):

@@ -144,7 +144,8 @@ def choose_trial(
     left = list(trials)
     wanted = "no trial of yours runs on this machine: start one with `towtank trial`"
     if directory is not None:
-        left = [trial for trial in left if trial.directory.resolve() == directory.resolve()]
+        meant = os.path.realpath(directory)  # unlike Path.resolve, it raises for no loop of links
+        left = [trial for trial in left if os.path.realpath(trial.directory) == meant]
         wanted = f"no trial runs in {directory}"
     elif domain is not None:
         left = [trial for trial in left if trial.domain == domain]
