@@ -162,3 +162,19 @@ def test_progress_in_a_log_prints_each_stage_once():
         "logging 0.1 of 40 s",
         "stopping",
     ]
+
+
+class _Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("kind", [io.StringIO, _Terminal])
+def test_every_warning_stands(kind):
+    """Two at once, and progress behind them."""
+    stream = kind()
+    say = ProgressLine(stream)
+    for line in ("logging 0.1 of 40 s", "warning: one", "warning: two", "logging 0.2 of 40 s"):
+        say(line)
+    shown = [line.rpartition("\033[K")[2] for line in stream.getvalue().split("\n")]
+    assert shown[-3:-1] == ["warning: one", "warning: two"]

@@ -11,7 +11,8 @@ _LOG_PERIOD_S = 5.0
 
 
 class ProgressLine:
-    """Call it with one line of text. `close` leaves the last line standing."""
+    """Call it with one line of text. `close` leaves the last line standing; every warning stands,
+    whatever follows it."""
 
     def __init__(self, stream: TextIO = sys.stderr) -> None:
         self._stream = stream
@@ -20,9 +21,13 @@ class ProgressLine:
         self._printed_at = float("-inf")
 
     def __call__(self, line: str) -> None:
+        warning = line.startswith("warning: ")
         if self._terminal:
-            self._stream.write(f"\r\033[K{line}")
+            self._stream.write(f"\r\033[K{line}" + ("\n" if warning else ""))
             self._stream.flush()
+            return
+        if warning:
+            print(line, file=self._stream, flush=True)
             return
         # Lines of one stage begin with the same word and differ in numbers only.
         stage = line.split(" ", 1)[0]

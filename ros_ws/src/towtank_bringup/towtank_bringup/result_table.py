@@ -12,7 +12,7 @@ from rich.table import Table
 
 def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
     """Print heave amplitudes, ratio and phase, measured and simulated, with uncertainty (95 %)."""
-    console = Console()
+    console = Console(markup=False)  # brackets may stand in paths and names
     table = Table(title=f"{result['rig']}: heave at the crank frequency")
     for heading in ("", "measured", "twin"):
         table.add_column(heading, justify="left" if not heading else "right")
@@ -38,9 +38,9 @@ def print_result(result: dict[str, Any], directory: Path | None = None) -> None:
     for source, reason in result["reasons"].items():
         console.print(f"no heave ratio for {source}: {reason}", soft_wrap=True)
     if result["bag_problem"]:
-        console.print(f"warning: {result['bag_problem']}", soft_wrap=True, markup=False)
+        console.print(f"warning: {result['bag_problem']}", soft_wrap=True)
     for note in result["bag_notes"]:
-        console.print(f"note: {note}", soft_wrap=True, markup=False)
+        console.print(f"note: {note}", soft_wrap=True)
     scans = result["scans"]
     console.print(
         f"scans: {scans['scheduled']} scheduled, {scans['received']} received, "

@@ -276,7 +276,7 @@ def _print(
     plot: Path,
     new_rig: Path | None,
 ) -> None:
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     table = Table(record.id, "found", "± 95 %", "unit")
     for finding in evaluation.findings:
         interval = "" if finding.u95 is None else f"{finding.u95:.2g}"

@@ -172,7 +172,7 @@ def _finite(value: float) -> float | None:
 
 
 def _print(found: Examination) -> None:
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     console.print(", ".join(f"{name} {fact}" for name, fact in found.facts.items()))
     table = Table("", "", "found", "limits", "")
     for section in dict.fromkeys((*found.checks, *(left.section for left in found.not_checked))):

@@ -47,7 +47,7 @@ def _as_json(suspension: Suspension, found: Inertia) -> dict[str, object]:
 
 
 def _print(suspension: Suspension, found: Inertia) -> None:
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     console.print(f"{suspension.name}: 95 % intervals")
     for label, result, unit in (
         ("moment of inertia", found.inertia, "kg m²"),

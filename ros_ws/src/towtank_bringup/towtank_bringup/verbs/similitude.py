@@ -71,4 +71,4 @@ def _print(effects: list[ScaleEffect], scale: float) -> None:
             f"{effect.scaled:.3g}{unit}",
             effect.consequence,
         )
-    Console(highlight=False).print(table)
+    Console(highlight=False, markup=False).print(table)

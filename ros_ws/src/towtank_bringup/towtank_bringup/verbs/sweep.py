@@ -109,7 +109,7 @@ def _bar(name: str, total: int) -> Iterator:
 
 
 def _print_summary(summary: dict, directory: Path) -> None:
-    console = Console()
+    console = Console(markup=False)
     table = Table(title=f"{summary['study']}: {summary['samples']} samples")
     for heading in ("", "least", "median", "greatest", "95 % band"):
         table.add_column(heading, justify="left" if not heading else "right")
@@ -133,7 +133,7 @@ def _print_summary(summary: dict, directory: Path) -> None:
 
 
 def _print_figures(summary: dict, directory: Path) -> None:
-    console = Console()
+    console = Console(markup=False)
     table = Table(title=summary["study"])
     table.add_column("")
     for case in summary["cases"]:

@@ -56,7 +56,7 @@ def _as_json(name: str, trim: Trim) -> dict[str, object]:
 
 
 def _print(name: str, trim: Trim) -> None:
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     rows = [(key, *row) for key, row in trim.results.items()]
     if trim.ballast:
         rows += [(f"ballast: {key}", *row) for key, row in _ballast_rows(trim.ballast).items()]

@@ -105,7 +105,7 @@ def command(
         }
         click.echo(json.dumps(result, indent=2))
         return
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     console.print(
         f"{loaded.name}: depth {conditions.depth:.3g} m, sensors zeroed at "
         f"{conditions.zeroed_at:.3g} m; depressor {1e3 * conditions.depressor_amplitude:.3g} mm, "
