@@ -143,6 +143,15 @@ def test_strangers_are_told_of_once_and_their_word_is_not_taken(led):
     gamepad.destroy_node()
 
 
+def test_a_trip_is_told_as_a_warning(context):
+    """Which no progress writes over."""
+    said = []
+    conductor = Conductor((), say=said.append, context=context)
+    conductor._on_crank_drive(CrankDrive(trip=CrankDrive.RUNAWAY))
+    assert said[0].startswith("warning: the crank's drive has tripped: runaway")
+    conductor.close()
+
+
 def test_events_are_stamped_by_the_trials_clock(context):
     conductor = Conductor(GRAPH, context=context)
     heard = []

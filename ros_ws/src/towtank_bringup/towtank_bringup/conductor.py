@@ -114,7 +114,7 @@ class Conductor(Node):
 
     def _on_crank_drive(self, state: CrankDrive) -> None:
         if words := self._crank.take(state):
-            self.say(words)
+            self.say(f"warning: {words}")
 
     def _check(self) -> None:
         self._watch()
