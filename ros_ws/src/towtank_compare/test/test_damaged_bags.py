@@ -244,6 +244,7 @@ def test_notes_that_people_keep_in_a_bag_are_kept(bag):
         note("restarted", "by hand"),
         note("restarted", '{"node": 7}'),
         note("resources", "plenty"),
+        note("resources", '{"cpu_cores": NaN}'),
     )
     opened = open_bag(bag.parent)
     found = [event.detail for event in events(opened) if event.name == "note"]
@@ -264,7 +265,8 @@ def test_of_two_logs_the_last_is_evaluated_and_told(bag):
 
 
 def test_diagnostics_of_others_may_say_what_they_like(bag):
-    values = [KeyValue(key="overruns", value=value) for value in ("n/a", "-1", "1e9", "²", "")]
+    texts = ("n/a", "-1", "1e9", "²", "", "9" * 5000)
+    values = [KeyValue(key="overruns", value=text) for text in texts]
     with_messages(
         bag,
         ("/diagnostics", DiagnosticArray(status=[DiagnosticStatus(name="camera", values=values)])),

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -136,7 +137,8 @@ def overruns(bag: Bag) -> dict[str, int]:
     for _, message in bag.messages("/diagnostics"):
         for status in message.status:
             for pair in status.values:
-                if pair.key == "overruns" and pair.value.isdecimal():  # others write what they like
+                # Others write what they like; Python refuses numbers of very many digits
+                if pair.key == "overruns" and pair.value.isdecimal() and len(pair.value) < 20:
                     count, before = int(pair.value), last.get(status.name, 0)
                     more = count - before if count >= before else count
                     counted[status.name] = counted.get(status.name, 0) + more
@@ -166,8 +168,9 @@ def strangers(bag: Bag) -> list[dict[str, str]]:
 def cpu_cores(bag: Bag) -> float | None:
     """Mean number of cores that the trial's processes used while logging, as it was noted."""
     for event in reversed(events(bag)):
-        if event.name == "resources" and isinstance(event.detail.get("cpu_cores"), (int, float)):
-            return event.detail["cpu_cores"]
+        cores = event.detail.get("cpu_cores")
+        if event.name == "resources" and isinstance(cores, float) and math.isfinite(cores):
+            return cores
     return None
 
 
