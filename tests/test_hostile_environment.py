@@ -113,6 +113,21 @@ def test_current_folder_that_is_gone_is_said(tmp_path):
     assert last == "towtank: error: the current folder is gone: change to another"
 
 
+def test_the_crank_is_reached_from_a_folder_that_is_gone(tmp_path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    words = ["crank", "emergency-stop", "--trial", tmp_path]  # in which none runs
+    run = subprocess.run(
+        ["sh", "-c", 'rmdir "$PWD"; exec "$@"', "sh", SCRIPT, *words],
+        cwd=gone,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    *_, last = run.stderr.splitlines()
+    assert last.startswith(f"towtank: error: no trial runs in {tmp_path}")
+
+
 def test_users_modules_in_the_current_folder_are_not_taken(shell):
     run = shell.run("compare", "no_bag")
     *_, last = run.stderr.splitlines()
