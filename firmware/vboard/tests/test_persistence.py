@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import binascii
 import struct
 from pathlib import Path
 
@@ -31,7 +32,9 @@ def test_the_file_is_the_eeprom(board_elf: Path, tmp_path: Path) -> None:
     with VirtualBoard(board_elf, eeprom=eeprom) as board:
         assert ask(board, IDENTIFY)[-4:] == b"\xff\xff\xff\xff"
     assert eeprom.read_bytes() == bytes([0xFF]) * 4096
-    eeprom.write_bytes(struct.pack("<I", 1234) + bytes([0xFF]) * 4092)  # as avrdude would
+    identity = struct.pack("<II", 1234, 0xFFFFFFFF)
+    checksum = struct.pack("<H", binascii.crc_hqx(identity, 0xFFFF))
+    eeprom.write_bytes((identity + checksum).ljust(4096, b"\xff"))  # as avrdude would
     with VirtualBoard(board_elf, eeprom=eeprom) as board:
         assert struct.unpack("<I", ask(board, IDENTIFY)[-4:]) == (1234,)
 
