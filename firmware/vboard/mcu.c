@@ -213,10 +213,12 @@ bool mcu_hang(mcu *self, bool interrupts_go_on)
         if (avr->flash[address] != 0xFF || avr->flash[address + 1] != 0xCF)  // rjmp to itself
             continue;
         avr->pc = address;
-        if (!interrupts_go_on) {
-            avr->sreg[S_I] = 0;
+        // Also where it strikes in a section without interrupts. simavr serves them after the next instruction
+        if (interrupts_go_on && !avr->sreg[S_I])
+            avr->interrupt_state = -1;
+        else if (!interrupts_go_on)
             avr->interrupt_state = 0;
-        }
+        avr->sreg[S_I] = interrupts_go_on;
         return true;
     }
     return false;
