@@ -229,18 +229,20 @@ static void follow_ramp(struct drive *drive)
     int32_t largest = BOARD_DRIVE_RAMP_A_STEP;
     step = step > largest ? largest : step < -largest ? -largest : step;
     drive->setpoint = (uint16_t)(drive->setpoint + step);
+    // In a stop it is never led faster than the encoder has told: no power makes up for what it lost.
+    bool stops = drive->state == BOARD_DRIVE_STATE_STOPPING;
+    uint16_t speed = drive->speed > 0 ? (uint16_t)drive->speed : 0;
+    uint16_t highest = speed < drive->reference ? speed : drive->reference;
+    drive->reference = stops && highest < drive->setpoint ? highest : drive->setpoint;
 }
 
 // What the measured speed warrants: a motor whose encoder tells of no movement, or of too little, gets no more
-// than that takes. In a stop it rises only as the tow's weight comes and goes.
+// than that takes. In a stop it never rises, whatever the encoder tells.
 static int32_t duty_ceiling(const struct drive *drive)
 {
     int32_t speed = drive->keeps_on && drive->speed > 0 ? drive->speed : 0;
     int32_t ceiling = (int32_t)BOARD_DRIVE_CEILING_STANDING + speed * BOARD_DRIVE_CEILING_SLOPE_Q8 / 256;
-    int32_t highest = drive->state == BOARD_DRIVE_STATE_STOPPING
-                          ? drive->duty + (int32_t)BOARD_DRIVE_STOP_RISE_A_STEP
-                          : FULL_DUTY;
-    highest = highest < FULL_DUTY ? highest : FULL_DUTY;
+    int32_t highest = drive->state == BOARD_DRIVE_STATE_STOPPING ? drive->duty : FULL_DUTY;
     return ceiling < highest ? ceiling : highest;
 }
 
@@ -249,7 +251,7 @@ static int32_t duty_ceiling(const struct drive *drive)
 // integral alone asks for the ceiling: more would only have to be undone. Returns it as an angle.
 static int32_t follow_reference(struct drive *drive, int32_t turned, int32_t ceiling)
 {
-    uint32_t advance = (uint32_t)drive->setpoint * drive->counts_per_revolution * ADVANCE_FACTOR +
+    uint32_t advance = (uint32_t)drive->reference * drive->counts_per_revolution * ADVANCE_FACTOR +
                        drive->remainder;
     drive->remainder = (uint16_t)(advance % ADVANCE_DIVISOR);
     int32_t lag = drive->lag + (int32_t)(advance / ADVANCE_DIVISOR) - turned * 256;
@@ -266,7 +268,7 @@ static void control(struct drive *drive, int32_t turned, uint32_t now)
 {
     int32_t ceiling = duty_ceiling(drive);
     int32_t angle = follow_reference(drive, turned, ceiling);
-    int32_t error = (int32_t)drive->setpoint - drive->speed;
+    int32_t error = (int32_t)drive->reference - drive->speed;
     int32_t duty = (error * BOARD_DRIVE_PROPORTIONAL_Q8 + angle * BOARD_DRIVE_INTEGRAL_Q8) / 256;
     if (duty < ceiling)
         drive->last_reserve = now;
@@ -337,6 +339,16 @@ static uint8_t judge(const struct drive *drive, struct crank crank, uint32_t now
     return BOARD_DRIVE_TRIP_NONE;
 }
 
+// Its duty never raised, a crank may come to rest before the end of a soft stop, and the tow's weight may swing
+// it back, but not from one step to the next. One dead track swings the count by one only.
+static bool comes_to_rest(const struct drive *drive, struct crank crank, uint8_t cause)
+{
+    bool swings_back = cause == BOARD_DRIVE_TRIP_ENCODER && drive->moved &&
+                       difference(crank.count, drive->mark) < -LEAST_MOVEMENT;
+    return (cause == BOARD_DRIVE_TRIP_STALL || swings_back) &&
+           drive->mark_speed <= (int16_t)BOARD_DRIVE_ABRUPT;
+}
+
 static void end_stop(struct drive *drive)
 {
     power_off(drive);
@@ -375,10 +387,7 @@ static void control_step(struct drive *drive, uint32_t now)
     }
     note_movement(drive, crank, now);
     uint8_t cause = judge(drive, crank, now);
-    // Its duty never raised, a crank may come to rest before the end of a soft stop, but not from one step
-    // to the next.
-    bool rests = drive->state == BOARD_DRIVE_STATE_STOPPING && cause == BOARD_DRIVE_TRIP_STALL &&
-                 drive->mark_speed <= (int16_t)BOARD_DRIVE_ABRUPT;
+    bool rests = drive->state == BOARD_DRIVE_STATE_STOPPING && comes_to_rest(drive, crank, cause);
     if (cause != BOARD_DRIVE_TRIP_NONE && !rests) {
         trip(drive, cause);
         return;

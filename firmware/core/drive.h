@@ -20,6 +20,7 @@ struct drive {
     bool backwards;            // the encoder's count falls when the crank turns forward
     uint16_t counts_per_revolution;
     uint16_t target, setpoint; // the setpoint follows the target along the ramp
+    uint16_t reference;        // that leads the crank: the setpoint, in a stop at most the speed
     int16_t speed;             // over the last control steps …
     bool keeps_on;             // … and it still turned in the last one
     uint16_t duty;

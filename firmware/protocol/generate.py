@@ -205,8 +205,6 @@ def drive_lines(drive: dict[str, Any], tick_hz: int) -> Iterator[str]:
     ceiling = drive["ceiling_duty"]
     yield define("BOARD_DRIVE_CEILING_STANDING", f"{round(10_000 * ceiling['standing'])}u")
     yield define("BOARD_DRIVE_CEILING_SLOPE_Q8", round(256 * 100 * ceiling["per_rpm"]))
-    rise = round(10_000 * drive["stop_rise_per_s"] / drive["control_hz"])
-    yield define("BOARD_DRIVE_STOP_RISE_A_STEP", f"{rise}u")
     for name in ("overspeed", "abrupt", "rest"):
         yield define(f"BOARD_DRIVE_{name.upper()}", f"{100 * drive[f'{name}_rpm']}u")
     yield define("BOARD_DRIVE_STALL_PARTS", f"{drive['stall_parts']}u")

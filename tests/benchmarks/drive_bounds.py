@@ -26,7 +26,6 @@ class Rules:
     ramp_rpm_per_s: float
     ceiling_standing: float
     ceiling_per_rpm: float
-    rise_a_step: float
     start_s: float
     stall_s: float
     stall_parts: int

@@ -45,7 +45,6 @@ def read_rules() -> Rules:
         window_s=drive["speed_window_steps"] * step_s,
         ceiling_standing=drive["ceiling_duty"]["standing"],
         ceiling_per_rpm=drive["ceiling_duty"]["per_rpm"],
-        rise_a_step=drive["stop_rise_per_s"] * step_s,
         pwm_s=1.0 / drive["pwm_hz"],
         watchdog_s=board["microcontroller"]["watchdog_s"],
     )
@@ -153,7 +152,7 @@ def without_word(at: Situation, *trips: str, jammed: bool = False) -> Bound:
     if starting:
         duty = standing
     elif at.state == "stopping":
-        duty = max(standing, at.duty + RULES.rise_a_step)
+        duty = at.duty
     else:
         duty = max(at.duty, RULES.ceiling(at.rpm * 1.1))
     seen_s = min(2 * RULES.step_s, off_s)

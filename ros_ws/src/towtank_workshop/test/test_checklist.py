@@ -169,13 +169,15 @@ def test_encoders_count_as_the_rig_says():
 
 def test_the_drives_times_by_hand():
     """30 rpm at 10 rpm/s: 3 s; ten turns 20 s, to the resonator's 0.5 % and a stopwatch's 0.5 s. A
-    rate that the drive cannot turn is taken at the nearest that it can: 5 rpm."""
+    stop may be shorter, and is at most the ramp and one second, after one of silence. A rate that
+    the drive cannot turn is taken at the nearest that it can: 5 rpm."""
     ramp, turns, stop, silent = (
         item.readings[0] for item in items_of(check_list(NIT, BOARD), "Crank drive")
     )
-    assert ramp.expected == stop.expected == pytest.approx(3.0)
+    assert ramp.expected == pytest.approx(3.0)
+    assert (stop.expected, stop.minimum, stop.maximum) == (None, 0.0, pytest.approx(4.0))
     assert (turns.minimum, turns.maximum) == pytest.approx((19.4, 20.6))
-    assert silent.expected == pytest.approx(4.0)
+    assert (silent.expected, silent.minimum, silent.maximum) == (None, 0.0, pytest.approx(5.0))
     slow = NIT.replace({"run.crank_rate": 0.1})
     names = [item.what for item in items_of(check_list(slow, BOARD), "Crank drive")]
     assert names[0] == "from rest to 5 rpm"

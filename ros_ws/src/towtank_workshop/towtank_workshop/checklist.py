@@ -374,9 +374,10 @@ def _drive(rig: Rig, board: BoardDescription) -> Step:
     times = {
         f"from rest to {rpm:g} rpm": _about(ramp, slack, "s"),
         f"{_TURNS} turns at {rpm:g} rpm": _about(turns, SLOPE_TOLERANCE * turns + _BY_HAND_S, "s"),
-        f"told to stop at {rpm:g} rpm, to rest": _about(ramp, slack, "s"),
-        f"host stopped or line pulled at {rpm:g} rpm, to rest": _about(
-            drive.command_timeout_s + ramp, slack, "s"
+        # Along the ramp at the latest: in a stop nothing pushes the crank over the heavy half turn
+        f"told to stop at {rpm:g} rpm, to rest": Reading(None, 0.0, ramp + slack, "s"),
+        f"host stopped or line pulled at {rpm:g} rpm, to rest": Reading(
+            None, 0.0, drive.command_timeout_s + ramp + slack, "s"
         ),
     }
     return Step(
