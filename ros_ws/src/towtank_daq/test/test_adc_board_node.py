@@ -67,9 +67,9 @@ class Graph:
         return self.node._state_machine.current_state[0]
 
     def close(self) -> None:
-        self.node.close()
-        self.node.destroy_node()
-        self.node.drive_node.destroy_node()
+        for node in (self.node, self.node.drive_node):
+            node.close()
+            node.destroy_node()
         self.listener.destroy_node()
         rclpy.try_shutdown()
 

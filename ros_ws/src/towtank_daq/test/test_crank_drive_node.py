@@ -22,6 +22,7 @@ def node(description):
     process = rclpy.create_node("process")
     made = CrankDriveNode("", description, TrialClock(process))
     yield made
+    made.close()
     made.destroy_node()
     process.destroy_node()
     rclpy.try_shutdown()
