@@ -76,9 +76,8 @@ class CrankDriveNode(Node):
         self._publisher.publish(message)
         trip = state.trip
         if trip == "none" and self._drive is not None:
-            trip = (
-                self._drive.trip
-            )  # a board that was reset has forgotten it; nobody has cleared it
+            # A board that was reset has forgotten it; nobody has cleared it
+            trip = self._drive.trip
         if trip != self._trip:
             self._trip = trip
             if trip == "none":
