@@ -178,8 +178,8 @@ AD7124 = Kind(
         ("33", "EP", "power"),
     ),
     footprint="Package_CSP:LFCSP-32-1EP_5x5mm_P0.5mm_EP3.6x3.6mm",
-    source="Pins 1 to 8, 26, 33 and the footprint: published parts of others; pins 9 to 25 and 27 "
-    "to 32: memory of the data sheet; limits: a published review against its revision F",
+    source="All pins and the footprint: agree with a published KiCad symbol of others, made from the "
+    "data sheet for another board; limits: a published review against its revision F",
 )
 INA128 = Kind(
     "INA128",
