@@ -178,8 +178,8 @@ AD7124 = Kind(
         ("33", "EP", "power"),
     ),
     footprint="Package_CSP:LFCSP-32-1EP_5x5mm_P0.5mm_EP3.6x3.6mm",
-    source="All pins and the footprint: agree with a published KiCad symbol of others, made from the "
-    "data sheet for another board; limits: a published review against its revision F",
+    source="All pins and the footprint: agree with a published KiCad symbol of others, made from "
+    "the data sheet for another board; limits: a published review against its revision F",
 )
 INA128 = Kind(
     "INA128",
