@@ -51,6 +51,7 @@
 #define STATUS_ERROR (1u << 6)
 
 #define HOUSEKEEPING_SLOT BOARD_CHANNEL_COUNT
+#define CHANNEL_HOUSEKEEPING (AD7124_CHANNEL_0 + HOUSEKEEPING_SLOT)
 
 #define REGISTER_SIZE_MAXIMUM 3u
 
@@ -101,6 +102,20 @@ static bool register_holds(const struct setting *setting)
 {
     uint32_t value;
     return read_register(setting->address, setting->size, &value) && value == setting->value;
+}
+
+// The same in a third less time: what shows the right value needs no proof by its CRC.
+static bool register_shows(const struct setting *setting)
+{
+    uint8_t bytes[1 + REGISTER_SIZE_MAXIMUM + 1] = {(uint8_t)(READ | setting->address)};
+    hal_adc_exchange(bytes, (uint8_t)(setting->size + 2));
+    uint32_t value = setting->value;
+    for (uint8_t i = setting->size; i > 0; i--) {
+        if (bytes[i] != (uint8_t)value)
+            return false;
+        value >>= 8;
+    }
+    return true;
 }
 
 static bool write_and_verify(const struct setting *setting)
@@ -199,7 +214,7 @@ static uint32_t channel_value(const struct ad7124 *adc, uint8_t slot)
 {
     if (slot == HOUSEKEEPING_SLOT)
         return housekeeping_channel(adc->housekeeping);
-    if (slot >= configuration_channels(&adc->configuration))
+    if (slot >= adc->channels)
         return CHANNEL_RESET;
     uint8_t channel = adc->configuration.order[slot];
     return (uint32_t)inputs[channel] | (uint32_t)slot << CHANNEL_SETUP_SHIFT;
@@ -209,7 +224,7 @@ static uint32_t config_value(const struct ad7124 *adc, uint8_t slot)
 {
     if (slot == HOUSEKEEPING_SLOT)
         return BOARD_ADC_HOUSEKEEPING_CONFIG;
-    if (slot >= configuration_channels(&adc->configuration))
+    if (slot >= adc->channels)
         return CONFIG_RESET;
     uint8_t channel = adc->configuration.order[slot];
     return configs[channel] | pga(adc->configuration.gains[channel]);
@@ -217,9 +232,7 @@ static uint32_t config_value(const struct ad7124 *adc, uint8_t slot)
 
 static uint32_t filter_value(const struct ad7124 *adc, uint8_t slot)
 {
-    if (slot != HOUSEKEEPING_SLOT && slot >= configuration_channels(&adc->configuration))
-        return FILTER_RESET;
-    return filter_register(adc->configuration.filter_type, adc->configuration.filter_fs);
+    return slot == HOUSEKEEPING_SLOT || slot < adc->channels ? adc->filter : FILTER_RESET;
 }
 
 // What a register that can be written holds after the set-up.
@@ -257,9 +270,12 @@ static struct setting expected(const struct ad7124 *adc, uint8_t address)
 void ad7124_begin_set_up(struct ad7124 *adc, const struct configure_arguments *configuration)
 {
     adc->configuration = *configuration;
+    adc->channels = configuration_channels(configuration);
+    adc->filter = filter_register(configuration->filter_type, configuration->filter_fs);
     adc->housekeeping = AD7124_NO_HOUSEKEEPING;
     adc->step = 0;
     adc->examined = 0;
+    adc->unverified = AD7124_ADC_CONTROL; // what was read back before the last write may have flipped before it
     send_reset();
     adc->reset_ticks = (uint32_t)hal_time();
 }
@@ -268,7 +284,7 @@ static bool set_register_up(const struct ad7124 *adc, uint8_t step)
 {
     static const uint8_t first[] = {AD7124_CONFIG_0, AD7124_FILTER_0, AD7124_CHANNEL_0};
     uint8_t slot = (uint8_t)((step - SLOTS_AT) / 3u);
-    if (slot != HOUSEKEEPING_SLOT && slot >= configuration_channels(&adc->configuration))
+    if (slot != HOUSEKEEPING_SLOT && slot >= adc->channels)
         return true;
     struct setting setting = expected(adc, (uint8_t)(first[(step - SLOTS_AT) % 3u] + slot));
     return write_and_verify(&setting);
@@ -358,14 +374,14 @@ uint8_t ad7124_echo_errors(void)
 
 void ad7124_encode_housekeeping(uint8_t bytes[AD7124_HOUSEKEEPING_SIZE], uint8_t source)
 {
-    encode_write(bytes, &(struct setting){AD7124_CHANNEL_0 + HOUSEKEEPING_SLOT, 2,
-                                          housekeeping_channel(source)});
+    encode_write(bytes, &(struct setting){CHANNEL_HOUSEKEEPING, 2, housekeeping_channel(source)});
 }
 
 void ad7124_verify_housekeeping(struct ad7124 *adc, uint8_t source)
 {
     adc->housekeeping = source;
-    struct setting setting = expected(adc, AD7124_CHANNEL_0 + HOUSEKEEPING_SLOT);
+    adc->unverified = AD7124_ADC_CONTROL;
+    struct setting setting = expected(adc, CHANNEL_HOUSEKEEPING);
     if (!register_holds(&setting))
         adc->housekeeping = AD7124_UNKNOWN_HOUSEKEEPING;
 }
@@ -389,23 +405,64 @@ bool ad7124_read_errors(uint32_t *errors)
     return read_register(AD7124_ERROR, 3, errors);
 }
 
-// Behind ADC_CONTROL come DATA, behind IO_CONTROL_2 ID and ERROR, behind ERROR_EN MCLK_COUNT.
-static uint8_t next_writable(uint8_t address)
+static bool is_writable(uint8_t address)
+{
+    return address != AD7124_STATUS && address != AD7124_DATA && address != AD7124_ID &&
+           address != AD7124_ERROR && address != AD7124_MCLK_COUNT;
+}
+
+static uint8_t next_known(const struct ad7124 *adc, uint8_t address)
+{
+    bool known;
+    do {
+        address = (uint8_t)((address + 1u) % AD7124_REGISTERS);
+        known = address != CHANNEL_HOUSEKEEPING || adc->housekeeping != AD7124_UNKNOWN_HOUSEKEEPING;
+    } while (!is_writable(address) || !known);
+    return address;
+}
+
+// Whether a value depends on it: it is of a slot in use, or common to all.
+static bool is_in_use(const struct ad7124 *adc, uint8_t address)
+{
+    if (address < AD7124_CHANNEL_0)
+        return is_writable(address);
+    // There are 16 CHANNEL registers, and eight of each kind behind them
+    uint8_t slot = (uint8_t)(address - AD7124_CHANNEL_0);
+    if (address >= AD7124_CONFIG_0)
+        slot = (uint8_t)(address - AD7124_CONFIG_0) % AD7124_SETUPS;
+    if (slot == HOUSEKEEPING_SLOT)
+        return adc->housekeeping < AD7124_NO_HOUSEKEEPING;
+    return slot < adc->channels;
+}
+
+static uint8_t next_in_use(const struct ad7124 *adc, uint8_t address)
 {
     do
-        address = address + 1 < AD7124_REGISTERS ? (uint8_t)(address + 1) : AD7124_ADC_CONTROL;
-    while (address == AD7124_DATA || address == AD7124_ID || address == AD7124_ERROR ||
-           address == AD7124_MCLK_COUNT);
+        address++;
+    while (address < AD7124_REGISTERS && !is_in_use(adc, address));
     return address;
+}
+
+bool ad7124_is_verified(const struct ad7124 *adc)
+{
+    return adc->unverified == AD7124_REGISTERS;
 }
 
 enum ad7124_finding ad7124_examine(struct ad7124 *adc)
 {
-    uint32_t value;
-    uint8_t address = next_writable(adc->examined);
+    bool verified = ad7124_is_verified(adc);
+    uint8_t address = verified ? next_known(adc, adc->examined) : adc->unverified;
     struct setting setting = expected(adc, address);
-    if (!read_register(address, setting.size, &value))
-        return AD7124_UNREADABLE;
-    adc->examined = address;
-    return value == setting.value ? AD7124_AS_SET_UP : AD7124_NOT_AS_SET_UP;
+    if (!register_shows(&setting)) {
+        uint32_t value;
+        if (!read_register(address, setting.size, &value))
+            return AD7124_UNREADABLE;
+        if (value != setting.value)
+            return AD7124_NOT_AS_SET_UP;
+    }
+    if (verified)
+        adc->examined = address;
+    else
+        adc->unverified = next_in_use(adc, address);
+    return AD7124_AS_SET_UP;
 }

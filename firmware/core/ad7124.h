@@ -36,11 +36,14 @@ enum ad7124_register {
 // What the chip was set up to hold.
 struct ad7124 {
     struct configure_arguments configuration;
+    uint8_t channels;              // of it
+    uint32_t filter;               // what FILTER of a slot in use holds
     uint8_t housekeeping;          // source that CHANNEL_6 converts, or one of the two above
     uint32_t gains[AD7124_SETUPS]; // each chip has its own, from its factory
     uint8_t step;                  // of the set-up
     uint32_t reset_ticks;          // low half of the time of the reset that begins it
-    uint8_t examined;              // register that ad7124_examine read last
+    uint8_t examined;              // register that the round over all has come to
+    uint8_t unverified; // first register in use not read back since the last write, or AD7124_REGISTERS
 };
 
 struct ad7124_conversion {
@@ -95,8 +98,17 @@ bool ad7124_read_errors(uint32_t *errors);
 // Bits of ERROR that tell of a bad transaction on the bus: the registers and conversions are sound.
 #define AD7124_BUS_ERRORS 0x00007Cul
 
-// Reads one register back, the next one at each call, round and round over all that can be written.
+// Reads one register back, the next one at each call. A write makes the chip take a bit that flipped less than
+// 1/2400 s before for its own, so those that a value depends on come first behind each write; then, round and
+// round, all that can be written.
 enum ad7124_finding { AD7124_AS_SET_UP, AD7124_NOT_AS_SET_UP, AD7124_UNREADABLE };
 enum ad7124_finding ad7124_examine(struct ad7124 *adc);
+
+// Whether all that a value depends on has been read back, and found as set up, since the last write.
+bool ad7124_is_verified(const struct ad7124 *adc);
+
+// How many registers that is, at most: ADC_CONTROL, IO_CONTROL_1 and _2, ERROR_EN; and CHANNEL, CONFIG,
+// FILTER, OFFSET and GAIN of every slot.
+#define AD7124_REGISTERS_IN_USE (4u + 5u * (BOARD_CHANNEL_COUNT + 1u))
 
 #endif

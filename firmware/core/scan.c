@@ -10,6 +10,24 @@ _Static_assert((3ull * 32 * BOARD_ADC_FS_MINIMUM + BOARD_ADC_FILTER_DEAD_CYCLES)
                        21 / BOARD_ADC_MASTER_CLOCK_HZ > SCAN_OTHER_WORK_TICKS,
                "other work must fit between two conversions");
 
+// Registers that are read back in one round of the main loop.
+#define READ_BACK_AT_A_TIME 6u
+_Static_assert(READ_BACK_AT_A_TIME * SCAN_READ_BACK_TICKS <= SCAN_OTHER_WORK_TICKS,
+               "the host's bytes must not wait longer than for other work");
+_Static_assert((3ull * 32 * BOARD_ADC_FS_MINIMUM + BOARD_ADC_FILTER_DEAD_CYCLES) * BOARD_TICK_HZ * 20 /
+                       21 / BOARD_ADC_MASTER_CLOCK_HZ >
+                   SCAN_OTHER_WORK_TICKS + SCAN_READ_BACK_TICKS,
+               "so must other work behind a register that was read when a conversion ended");
+
+// From a write to the end of the scan behind it lies a period at the least. In it, every conversion takes a round
+// of the main loop, 0.25 ms, one of them with the frame of the scan before; a step of the drive may come. What
+// other loads leave over of the reading is done at the end of the scan, before it is sent.
+#define CONVERSION_ROUND_TICKS (BOARD_TICK_HZ / 4000)
+_Static_assert(AD7124_REGISTERS_IN_USE * SCAN_READ_BACK_TICKS +
+                       (BOARD_CHANNEL_COUNT + 1) * CONVERSION_ROUND_TICKS + 2 * SCAN_OTHER_WORK_TICKS <=
+                   BOARD_TICK_HZ / BOARD_RATE_MAXIMUM_HZ,
+               "what a write may have hidden must be read back before the next scan ends");
+
 void scan_configure(struct scan *scan, const struct configure_arguments *configuration)
 {
     scan->configuration = *configuration;
@@ -158,14 +176,28 @@ static bool channels_missing(const struct scan *scan)
     return scan->converting && scan->slot < scan->channels;
 }
 
-// Sends a scan to which nothing comes any more, and counts those in a row that have nothing.
+// Sends a scan to which nothing comes any more, and counts those in a row that have nothing. None goes out
+// with values of registers that have not been read back since a write.
 static void finish_record(struct scan *scan)
 {
+    if (!ad7124_is_verified(&scan->adc)) {
+        scan->record.flags |= BOARD_FLAG_ADC_ERROR;
+        discard_channels(scan);
+    }
     send_record(scan);
     if (scan->record.valid_mask != 0)
         scan->empty_scans = 0;
     else if (++scan->empty_scans == BOARD_ADC_EMPTY_SCANS)
         lose_adc(scan);
+}
+
+// Gives up a scan that is not sent yet, and with it the ADC.
+static void give_up(struct scan *scan)
+{
+    scan->record.flags |= BOARD_FLAG_ADC_RESTART;
+    discard_channels(scan);
+    send_record(scan);
+    lose_adc(scan);
 }
 
 static void cut_short(struct scan *scan)
@@ -181,45 +213,73 @@ static uint8_t housekeeping_wanted(const struct scan *scan)
     return scan->housekeeping_due ? scan->housekeeping_next : AD7124_NO_HOUSEKEEPING;
 }
 
-// Puts the ADC to rest until the next tick. Locked as a whole: a tick that has come already keeps
-// its sequence, and a register write after it would disturb the scan that it started. Encoder edges
-// wait meanwhile, so all is prepared before.
+// Puts the ADC to rest until the next tick. Locked, because a tick that has come already keeps its sequence.
 static void rest(struct scan *scan)
 {
     scan->converting = false;
-    uint8_t selection[AD7124_HOUSEKEEPING_SIZE];
-    uint8_t wanted = housekeeping_wanted(scan);
-    bool select = scan->adc.housekeeping != wanted;
-    if (select)
-        ad7124_encode_housekeeping(selection, wanted);
     uint8_t state = hal_lock();
-    bool idle = !scan->latch.pending;
-    if (idle) {
+    if (!scan->latch.pending)
         hal_adc_hold();
-        if (select)
-            hal_adc_exchange(selection, sizeof selection);
-    }
     hal_unlock(state);
-    if (idle && select) // the chip may have been about its own checks: then the next rest tries again
+}
+
+// Lets an ADC at rest convert what is wanted behind the next scan. Locked likewise: a register write after the
+// tick would disturb the scan that it started. Encoder edges wait meanwhile, so all is prepared before.
+static void select_housekeeping(struct scan *scan)
+{
+    uint8_t wanted = housekeeping_wanted(scan);
+    if (scan->adc.housekeeping == wanted)
+        return;
+    uint8_t selection[AD7124_HOUSEKEEPING_SIZE];
+    ad7124_encode_housekeeping(selection, wanted);
+    uint8_t state = hal_lock();
+    bool rests = !scan->latch.pending;
+    if (rests)
+        hal_adc_exchange(selection, sizeof selection);
+    hal_unlock(state);
+    if (rests) // the chip may have been about its own checks: then the next rest tries again
         ad7124_verify_housekeeping(&scan->adc, wanted);
 }
 
-// Compares one register with what it was set up to. What the chip's own check finds shows in STATUS
-// sooner; this finds what has happened to that check, and what a write has hidden from it.
-static void examine(struct scan *scan)
+// Compares one register with what it was set up to: false if it differs. What the chip's own check finds shows
+// in STATUS sooner; this finds what has happened to that check, and what a write has hidden from it.
+static bool examine(struct scan *scan)
 {
-    if (scan->adc_lost || scan->adc.housekeeping == AD7124_UNKNOWN_HOUSEKEEPING)
-        return;
-    switch (ad7124_examine(&scan->adc)) {
-    case AD7124_NOT_AS_SET_UP:
-        lose_adc(scan);
-        break;
-    case AD7124_UNREADABLE:
+    enum ad7124_finding finding = ad7124_examine(&scan->adc);
+    if (finding == AD7124_UNREADABLE)
         scan->counters.spi_crc_errors++;
-        break;
-    case AD7124_AS_SET_UP:
-        break;
+    return finding != AD7124_NOT_AS_SET_UP;
+}
+
+// A few more of those that a write may have hidden a bit of, between two conversions and between two scans, as
+// long as nothing else is due.
+static bool go_on_verifying(struct scan *scan)
+{
+    if (!scan->streaming)
+        return false;
+    bool good = true;
+    for (uint8_t n = 0; good && n < READ_BACK_AT_A_TIME && !ad7124_is_verified(&scan->adc); n++) {
+        good = examine(scan);
+        if (scan->latch.pending || (scan->converting && hal_adc_ready()))
+            break;
     }
+    if (good)
+        return false;
+    bool unsent = channels_missing(scan);
+    if (unsent)
+        give_up(scan);
+    else
+        lose_adc(scan);
+    return unsent;
+}
+
+// What is left at the end of a scan, mostly nothing; false as above. Where the bus fails, some stay unverified.
+static bool finish_verifying(struct scan *scan)
+{
+    bool good = true;
+    for (uint8_t n = 0; good && n < AD7124_REGISTERS_IN_USE && !ad7124_is_verified(&scan->adc); n++)
+        good = examine(scan);
+    return good;
 }
 
 // Whether the registers behind a conversion are those of the set-up. Errors of the bus are counted and
@@ -284,10 +344,7 @@ static bool read_channel(struct scan *scan)
         scan->record.flags |= BOARD_FLAG_ADC_ERROR;
         scan->slot++;
     } else if (!is_sound(scan, &conversion)) {
-        scan->record.flags |= BOARD_FLAG_ADC_RESTART;
-        discard_channels(scan);
-        send_record(scan);
-        lose_adc(scan);
+        give_up(scan);
         return true;
     } else if (since_tick > scan->latest_conversion) {
         // The ADC goes round its channels until it is held. Had the main loop slept, a conversion could
@@ -300,10 +357,18 @@ static bool read_channel(struct scan *scan)
     }
     if (channels_missing(scan))
         return false;
-    if (!scan->housekeeping_due || scan->adc.housekeeping != housekeeping_wanted(scan))
-        rest(scan);
+    bool over = !scan->housekeeping_due || scan->adc.housekeeping != housekeeping_wanted(scan);
+    if (over)
+        rest(scan); // within a conversion, for the next one would be of another channel
+    if (!finish_verifying(scan)) {
+        give_up(scan);
+        return true;
+    }
     finish_record(scan);
-    examine(scan);
+    if (!scan->adc_lost && !examine(scan))
+        lose_adc(scan);
+    if (!scan->adc_lost && over)
+        select_housekeeping(scan);
     return true;
 }
 
@@ -322,6 +387,7 @@ static void read_housekeeping(struct scan *scan)
         scan->housekeeping_due = false;
     }
     rest(scan);
+    select_housekeeping(scan);
 }
 
 // A tick without an ADC: what there is goes out at once.
@@ -352,7 +418,7 @@ bool scan_poll(struct scan *scan)
         return false;
     }
     if (!scan->converting || !hal_adc_ready())
-        return false;
+        return go_on_verifying(scan);
     if (channels_missing(scan))
         return read_channel(scan);
     read_housekeeping(scan);

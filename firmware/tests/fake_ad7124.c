@@ -186,6 +186,8 @@ static void read_register(struct fake_ad7124 *device, uint8_t address, uint8_t *
         device->corrupt_reads--;
         answer[2] ^= 0x04;
     }
+    if (device->corrupt_register_reads && address != DATA)
+        answer[1] ^= 0x01;
     memset(bytes, 0xFF, count);
     memcpy(bytes + 1, answer + 1, (size_t)(length < count ? length : count) - 1);
 }

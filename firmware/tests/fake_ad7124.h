@@ -30,6 +30,7 @@ struct fake_ad7124 {
     bool stalled;                 // no conversion ever ends
     uint32_t corrupt_reads;       // flip a bit in this many of the next reads …
     uint32_t corrupt_reads_after; // … after letting this many pass
+    bool corrupt_register_reads;  // of all registers but DATA
     uint8_t skip_channel;         // leave this channel out of every sequence; 0xFF: none
     uint8_t reported_channel;     // STATUS names this one, whatever was converted; 0xFF: the true one
     double slowness;              // factor on the duration of a conversion

@@ -69,7 +69,8 @@ class AdcWatch:
         if self._restarted and not quiet:
             yield (
                 f"the ADC had lost its settings and was set up anew: {self._without} scans have no "
-                "channel; check its 3.3 V supply if it comes again"
+                "channel, and the last value of the one before may be wrong; check its 3.3 V "
+                "supply if it comes again"
             )
             self._told_ns, self._without, self._restarted = stamp_ns, 0, False
         elif not self._restarted:
