@@ -63,6 +63,64 @@ def test_netcdf_reads_back_with_names_and_units(result, tmp_path):
             assert variable.attrs["units"] and variable.attrs["long_name"]
 
 
+@pytest.fixture(scope="module")
+def bent():
+    """A stiff cable, clamped upright at a hook that moves, and a limp one on the same hook."""
+    stiff = sc.LineProperties(
+        length=2.0,
+        diameter=0.01,
+        mass_per_length=0.2,
+        axial_stiffness=1e5,
+        bending_stiffness=3.0,
+    )
+    rig = sc.System(
+        points={
+            "hook": sc.PrescribedPoint(),
+            "a": sc.FreePoint(mass=2.0),
+            "b": sc.FreePoint(mass=3.0),
+        },
+        lines={
+            "limp": sc.Line("hook", "a", stiff.replace(bending_stiffness=0.0), segments=3),
+            "stiff": sc.Line("hook", "b", stiff, segments=5, start_direction=(0, 0, -1)),
+        },
+    )
+    motion = sc.SteadyTow(position=(0, 0, -1), velocity=(1, 0, 0))
+    return sc.run(rig.build(), motion, t_end=0.2, output_step=0.1)
+
+
+def test_loads_are_in_the_netcdf_file(bent, tmp_path):
+    path = tmp_path / "bent.nc"
+    bent.to_netcdf(path)
+    stiff = bent.lines["stiff"]
+    with xarray.open_dataset(path, engine="h5netcdf") as tow:
+        load = tow.hook_load.sel(prescribed_point="hook")
+        assert load.values.tolist() == bent.points["hook"].hook_load.tolist()
+        assert (load.dims, load.units) == (("time", "axis"), "N")
+        assert tow.start_tension_limp.values.tolist() == bent.lines["limp"].start_tension.tolist()
+        assert tow.end_tension_stiff.values.tolist() == stiff.end_tension.tolist()
+        assert tow.bending_moment_stiff.values.tolist() == stiff.bending_moments.tolist()
+        assert tow.bending_moment_stiff.dims == ("time", "node_stiff")
+        assert tow.curvature_stiff.values.tolist() == stiff.curvatures.tolist()
+        assert tow.curvature_stiff.units == "m-1"
+        assert "curvature_limp" not in tow
+
+
+def test_loads_are_in_the_vtk_files(bent, tmp_path):
+    bent.to_vtk(tmp_path / "vtk")
+    points = meshio.read(tmp_path / "vtk" / "points_000001.vtu")
+    hook = list(bent.points).index("hook")
+    assert points.point_data["hook load [N]"][hook].tolist() == (
+        bent.points["hook"].hook_load[1].tolist()
+    )
+    lines = meshio.read(tmp_path / "vtk" / "lines_000001.vtu")
+    for name, quantity in (
+        ("bending moment [N m]", "bending_moments"),
+        ("curvature [1/m]", "curvatures"),
+    ):
+        expected = [0.0] * 4 + getattr(bent.lines["stiff"], quantity)[1].tolist()
+        assert lines.point_data[name].tolist() == expected
+
+
 def test_a_file_is_not_overwritten(result, tmp_path):
     path = tmp_path / "tow.nc"
     path.write_text("precious")
@@ -76,7 +134,8 @@ def test_points_alone_make_a_dataset_too(free_sphere):
     state = sc.State(model)
     state.set_point("far", (0, 0, 999.0))
     run = sc.run(model, sc.SteadyTow(position=(0, 0, 999.0)), state=state, t_end=0.02)
-    assert set(run.to_xarray().dims) == {"time", "point", "axis", "node_thread", "segment_thread"}
+    expected = {"time", "point", "prescribed_point", "axis", "node_thread", "segment_thread"}
+    assert set(run.to_xarray().dims) == expected
 
 
 # --------------------------------------------------------------------------------------- VTK
@@ -141,6 +200,31 @@ def test_vtk_goes_to_a_directory_of_its_own(result, tmp_path):
 def close_figures():
     yield
     pyplot.close("all")
+
+
+def test_plot_of_hook_loads_shows_their_components(bent, close_figures):
+    ax = sc.plot_loads(bent)
+    curves = {curve.get_label(): curve for curve in ax.get_lines()}
+    load = bent.points["hook"].hook_load
+    assert curves["hook z"].get_xdata().tolist() == bent.time.tolist()
+    for axis, name in enumerate("xyz"):
+        assert curves[f"hook {name}"].get_ydata().tolist() == load[:, axis].tolist()
+    assert curves["limp, start"].get_ydata().tolist() == bent.lines["limp"].start_tension.tolist()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (s)", "force (N)")
+
+
+def test_plot_of_bending_shows_moment_and_curvature_along_the_line(bent, close_figures):
+    moment, curvature = sc.plot_bending(bent, "stiff", 0.1)
+    stiff = bent.lines["stiff"]
+    drawn, largest = moment.get_lines()
+    assert drawn.get_xdata() == pytest.approx(np.linspace(0.0, 2.0, 6), abs=1e-12)
+    assert drawn.get_ydata().tolist() == stiff.bending_moments[1].tolist()
+    assert largest.get_ydata().tolist() == stiff.bending_moments.max(axis=0).tolist()
+    assert curvature.get_lines()[0].get_ydata().tolist() == stiff.curvatures[1].tolist()
+    assert moment.get_ylabel() == "bending moment (N m)"
+    assert curvature.get_ylabel() == "curvature (1/m)"
+    with pytest.raises(ValueError, match="line 'limp' has no bending stiffness"):
+        sc.plot_bending(bent, "limp")
 
 
 @pytest.mark.parametrize(("view", "axes"), [("side", "xz"), ("top", "xy"), ("front", "yz")])

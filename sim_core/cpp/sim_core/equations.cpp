@@ -121,6 +121,7 @@ Equations::Equations(std::shared_ptr<const Model> model)
       residual_(model_->blocks()),
       block_length_(model_->blocks(), 1.0) {
     for (const Model::Segment& segment : model_->segments) constants_of_.push_back(segment.constants);
+    on_drum_.resize(model_->lines.size(), 0);
     constants_.resize(constants_.size() + model_->winches.size());
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         block_length_[model_->rotation_block(static_cast<int>(b))] = 0.5 * model_->bodies[b].force.body().length;
@@ -156,6 +157,7 @@ void Equations::follow_winches(const State& state) {
         const int changing = static_cast<int>(m.segment_constants.size() + w);
         for (int i = 0; i < winch.segments; ++i) constants_of_[winch.first_segment + i] = nominal;
         constants_of_[winch.first_segment + now.drum] = changing;
+        on_drum_[winch.line] = now.drum;
         set_changing_segment(constants_[nominal], now.changing_length(winch), now.rate, constants_[changing]);
     }
 }
@@ -239,6 +241,57 @@ void Equations::evaluate(const State& state) {
         residual_[m.rotation_block(body)] -=
             m.clamps[i].direction.cross(state.bodies[body].attitude.conjugate() * clamps_[i].energy_slope[0]);
     }
+}
+
+int Equations::end_segment(int index, int end) const {
+    const Model::Line& line = model_->lines[index];
+    return line.first_segment + (end == 0 ? on_drum_[index] : line.segments - 1);
+}
+
+Vec3 Equations::end_force(int index, int end) const {
+    const Model::Line& line = model_->lines[index];
+    const SegmentCache& segment = segments_[end_segment(index, end)];
+    Vec3 force = end == 0 ? segment.a.force : segment.b.force;
+    const int next = line.bends[end == 0 ? 1 : line.segments - 1];
+    if (next >= 0) force += end == 0 ? bends_[next].energy_slope[0] : -bends_[next].energy_slope[1];
+    if (line.clamps[end] >= 0) force += clamps_[line.clamps[end]].energy_slope[1];
+    return force;
+}
+
+double Equations::end_tension(int index, int end) const {
+    const Model::Line& line = model_->lines[index];
+    const LineSection& section = end == 0 ? line.sections.front() : line.sections.back();
+    const Vec3 force = end_force(index, end);
+    if (section.properties.bending_stiffness == 0.0) return force.norm();
+    if (line.clamps[end] >= 0) return force.dot(clamps_[line.clamps[end]].tangent[0]);
+    const Vec3& tangent = segments_[end_segment(index, end)].tangent;
+    return end == 0 ? force.dot(tangent) : -force.dot(tangent);
+}
+
+Vec3 Equations::hook_load(int prescribed_point) const {
+    const int site = model_->free_sites + prescribed_point;
+    Vec3 load = Vec3::Zero();
+    for (std::size_t i = 0; i < model_->lines.size(); ++i) {
+        const Model::Line& line = model_->lines[i];
+        if (line.sites.front() == site) load += end_force(static_cast<int>(i), 0);
+        if (line.sites.back() == site) load += end_force(static_cast<int>(i), 1);
+    }
+    return load;
+}
+
+Equations::Bending Equations::bending(int index, int node) const {
+    const Model::Line& line = model_->lines[index];
+    const auto of = [](double stiffness, double length, const BendingCache& spring) {
+        const double angle = std::atan2(spring.tangent[0].cross(spring.tangent[1]).norm(), spring.cosine);
+        return Bending{stiffness * angle, angle / length};
+    };
+    if (line.bends[node] >= 0) {
+        const Model::Bend& spring = model_->bends[line.bends[node]];
+        return of(spring.stiffness, spring.length, bends_[line.bends[node]]);
+    }
+    const int clamp = node == 0 ? line.clamps[0] : node == line.segments ? line.clamps[1] : -1;
+    if (clamp < 0) return {0.0, 0.0};
+    return of(model_->clamps[clamp].stiffness, model_->clamps[clamp].length, clamps_[clamp]);
 }
 
 double Equations::residual_norm(int& where) const {

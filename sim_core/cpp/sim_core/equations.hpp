@@ -55,6 +55,23 @@ class Equations {
     /// Tension of a segment at the last evaluated state, N.
     double tension(int segment) const { return segments_[segment].tension; }
 
+    /// What a line's start (0) or end (1) pulls with on what holds it, N, tank axes: the tension of the segment there, with
+    /// weight, water and inertia of its outer half, and the shear of bending. What is on a drum does not count.
+    Vec3 end_force(int line, int end) const;
+
+    /// Effective tension at the very end of a line, N: of a limp line the size of its end_force, which has no other
+    /// direction; with bending stiffness the part along the line there.
+    double end_tension(int line, int end) const;
+
+    /// Sum of the end forces of the lines at a prescribed point, by its number, N, tank axes.
+    Vec3 hook_load(int prescribed_point) const;
+
+    /// Bending moment (N·m) and curvature (1/m) at a node of a line.
+    struct Bending {
+        double moment, curvature;
+    };
+    Bending bending(int line, int node) const;
+
     /// Whether a segment is fully taut (beyond the rounding of its tension at slack) at the last evaluated state.
     bool taut(int segment) const { return segments_[segment].tension_slope == 1.0; }
 
@@ -70,6 +87,7 @@ class Equations {
     void add_bending(const State& state, const Rates& rates);
     void add_contacts(const State& state, const Rates& rates);
     void follow_winches(const State& state);
+    int end_segment(int line, int end) const;
     void hold_drums(const State& state);
 
     std::shared_ptr<const Model> model_;
@@ -77,6 +95,7 @@ class Equations {
     /// Those of the model and, at the end, one for the changing segment of each winch.
     std::vector<SegmentConstants> constants_;
     std::vector<int> constants_of_;  ///< per segment
+    std::vector<int> on_drum_;       ///< per line: segments on a drum
     std::vector<SegmentCache> segments_;
     std::vector<BendingCache> bends_;
     std::vector<BendingCache> clamps_;

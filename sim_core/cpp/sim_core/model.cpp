@@ -148,7 +148,7 @@ Winch make_winch(const std::vector<LineSection>& sections, int line, int first_s
 
 /// The torsion springs of a line: at inner nodes the two half segments in series, EI/ℓ where both are alike; at a
 /// clamped end the half segment there, 2EI/ℓ. Ends that are not clamped carry no moment.
-void add_bending(Model& model, const Model::Line& line, const LineEnd ends[2]) {
+void add_bending(Model& model, Model::Line& line, const LineEnd ends[2]) {
     // per half segment 2EI/ℓ
     std::vector<double> half_stiffness;
     std::vector<double> length;
@@ -161,21 +161,36 @@ void add_bending(Model& model, const Model::Line& line, const LineEnd ends[2]) {
     const auto stiffen = [&](double spring, double shortest) {
         model.stiffest_segment = std::max(model.stiffest_segment, 4.0 * spring / (shortest * shortest));
     };
+    line.bends.assign(line.sites.size(), -1);
     for (int i = 1; i < line.segments; ++i) {
         const double before = half_stiffness[i - 1];
         const double after = half_stiffness[i];
         if (before == 0.0 || after == 0.0) continue;  // a limp section holds no moment
-        Model::Bend spring{before * after / (before + after), {line.sites[i - 1], line.sites[i], line.sites[i + 1]}, {}};
+        Model::Bend spring{before * after / (before + after),
+                           0.5 * (length[i - 1] + length[i]),
+                           {line.sites[i - 1], line.sites[i], line.sites[i + 1]},
+                           {}};
         stiffen(spring.stiffness, std::min(length[i - 1], length[i]));
+        line.bends[static_cast<std::size_t>(i)] = static_cast<int>(model.bends.size());
         model.bends.push_back(spring);
     }
     if (ends[0].direction) {
-        model.clamps.push_back({half_stiffness.front(), *ends[0].direction, {line.sites[0], line.sites[1]}, {}});
+        line.clamps[0] = static_cast<int>(model.clamps.size());
+        model.clamps.push_back({half_stiffness.front(),
+                                0.5 * length.front(),
+                                *ends[0].direction,
+                                {line.sites[0], line.sites[1]},
+                                {}});
         stiffen(half_stiffness.front(), length.front());
     }
     if (ends[1].direction) {
         const int last = line.segments;
-        model.clamps.push_back({half_stiffness.back(), -*ends[1].direction, {line.sites[last], line.sites[last - 1]}, {}});
+        line.clamps[1] = static_cast<int>(model.clamps.size());
+        model.clamps.push_back({half_stiffness.back(),
+                                0.5 * length.back(),
+                                -*ends[1].direction,
+                                {line.sites[last], line.sites[last - 1]},
+                                {}});
         stiffen(half_stiffness.back(), length.back());
     }
 }

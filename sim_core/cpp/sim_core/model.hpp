@@ -2,6 +2,7 @@
 // The constant description of a towed system, and the builder that makes it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -43,6 +44,13 @@ struct Model {
         int segments;
         std::vector<int> sites;  ///< from start to end, segments + 1
         LineEnd ends[2];         ///< as they were described
+        std::vector<int> bends;  ///< per site, into Model::bends; −1 where the line holds no moment
+        int clamps[2] = {-1, -1};  ///< of start and end, into Model::clamps
+
+        bool bends_anywhere() const {
+            return std::any_of(sections.begin(), sections.end(),
+                               [](const LineSection& s) { return s.properties.bending_stiffness > 0.0; });
+        }
     };
     struct Segment {
         int constants;  ///< into segment_constants
@@ -54,12 +62,14 @@ struct Model {
     /// Torsion spring at an inner node of a line with bending stiffness.
     struct Bend {
         double stiffness;  ///< N·m/rad
+        double length;     ///< of line that its angle belongs to, unstretched, m
         int site[3];       ///< the node and its neighbours, along the line
         int slot[6][6];    ///< as in Segment, over three sites
     };
     /// Torsion spring at the clamped end of a line.
     struct Clamp {
         double stiffness;  ///< N·m/rad
+        double length;     ///< of line that its angle belongs to, unstretched, m
         Vec3 direction;    ///< unit vector from the end into the line; in body axes at a body, else in tank axes
         int site[2];       ///< the end and its neighbour
         int slot[4][4];

@@ -27,8 +27,24 @@ void append(Recording& recording, const Simulator& simulator) {
         recording.momentum.push_back(simulator.balance()->momentum());
     }
     for (const WinchState& winch : state.winches) recording.paid_out.push_back(winch.paid_out);
-    for (std::size_t i = 0; i < simulator.model().segments.size(); ++i) {
-        recording.tension.push_back(simulator.tension(static_cast<int>(i)));
+    const Model& model = simulator.model();
+    const Equations& equations = simulator.equations();
+    for (std::size_t i = 0; i < model.segments.size(); ++i) {
+        recording.tension.push_back(equations.tension(static_cast<int>(i)));
+    }
+    for (int i = 0; i < model.prescribed_sites; ++i) {
+        const Vec3 load = equations.hook_load(i);
+        recording.hook_load.insert(recording.hook_load.end(), load.data(), load.data() + 3);
+    }
+    for (std::size_t i = 0; i < model.lines.size(); ++i) {
+        const int line = static_cast<int>(i);
+        for (const int end : {0, 1}) recording.end_tension.push_back(equations.end_tension(line, end));
+        if (!model.lines[i].bends_anywhere()) continue;
+        for (int node = 0; node <= model.lines[i].segments; ++node) {
+            const Equations::Bending bending = equations.bending(line, node);
+            recording.bending_moment.push_back(bending.moment);
+            recording.curvature.push_back(bending.curvature);
+        }
     }
 }
 

@@ -15,6 +15,10 @@ struct Recording {
     std::vector<double> position, velocity, acceleration;
     std::vector<double> attitude;      ///< samples × bodies × 4: w, x, y, z
     std::vector<double> tension;       ///< samples × segments, N
+    std::vector<double> hook_load;     ///< samples × prescribed points × 3, N
+    std::vector<double> end_tension;   ///< samples × lines × 2, N
+    /// samples × nodes of the lines with bending stiffness, one line after the other: N·m and 1/m
+    std::vector<double> bending_moment, curvature;
     std::vector<EnergyBalance> energy;      ///< samples, if the simulator counts balances; else empty
     std::vector<MomentumBalance> momentum;  ///< likewise
     std::vector<double> paid_out;      ///< samples × winches, m

@@ -86,8 +86,8 @@ class Simulator {
     /// the line has no winch, or another length is out now than the law says.
     void set_payout(const std::string& line, std::shared_ptr<const Payout> law);
 
-    /// Tension of each segment of the whole model at the present state, N.
-    double tension(int segment) const { return equations_.tension(segment); }
+    /// The equations at the present state, for the loads in the lines.
+    const Equations& equations() const { return equations_; }
 
     /// Counts energy and momentum from now on; costs about as much as the steps themselves.
     void start_balance();

@@ -79,7 +79,7 @@ from sim_core.mass_properties import (
     mass_properties,
 )
 from sim_core.moordyn_file import MoorDynDeck, read_moordyn
-from sim_core.plotting import animate, plot_shape
+from sim_core.plotting import animate, plot_bending, plot_loads, plot_shape
 from sim_core.result import BodyHistory, LineHistory, PlaceHistory, PointHistory, Result
 from sim_core.running import run
 from sim_core.static_stability import StaticStability, static_stability, trimmed_pitch
@@ -166,6 +166,8 @@ __all__ = [
     "lamb_coefficients",
     "lift_slope",
     "mass_properties",
+    "plot_bending",
+    "plot_loads",
     "plot_shape",
     "polynomial_hull",
     "read_moordyn",

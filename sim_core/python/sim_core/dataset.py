@@ -31,6 +31,10 @@ _BODY = {
     "angular_acceleration": ("rad s-2", "angular acceleration in body axes"),
 }
 _NODE = {"positions": ("m", "positions"), "velocities": ("m s-1", "velocities")}
+_BENDING = {
+    "bending_moments": ("bending_moment", "N m", "bending moment"),
+    "curvatures": ("curvature", "m-1", "curvature"),
+}
 
 
 def to_dataset(result: Result) -> xarray.Dataset:
@@ -55,6 +59,21 @@ def to_dataset(result: Result) -> xarray.Dataset:
         for quantity, (units, what) in quantities.items():
             values = _stacked([getattr(history, quantity) for history in histories.values()])
             add(f"{kind}_{quantity}", ("time", kind, "axis"), values, units, f"{kind}: {what}")
+    loads = {
+        name: point.hook_load
+        for name, point in result.points.items()
+        if point.hook_load is not None
+    }
+    if loads:
+        long_name = "name of the prescribed point"
+        coordinates["prescribed_point"] = (
+            "prescribed_point",
+            list(loads),
+            {"long_name": long_name},
+        )
+        what = "prescribed point: pull of the lines on it"
+        dims = ("time", "prescribed_point", "axis")
+        add("hook_load", dims, _stacked(list(loads.values())), "N", what)
     if result.bodies:
         coordinates["component"] = (
             "component",
@@ -73,9 +92,17 @@ def to_dataset(result: Result) -> xarray.Dataset:
             add(label, ("time", node, "axis"), values, units, f"line {name}: {what} of its nodes")
         what = f"line {name}: unstretched length from its start"
         attributes = {"units": "m", "long_name": what}
-        coordinates[f"arc_length_{name}"] = (node, _arc_lengths(described[name]), attributes)
+        coordinates[f"arc_length_{name}"] = (node, arc_lengths(described[name]), attributes)
         what = f"line {name}: tension from its start to its end"
         add(f"tension_{name}", ("time", segment), line.tensions, "N", what)
+        for end in ("start", "end"):
+            what = f"line {name}: tension at its {end}"
+            add(f"{end}_tension_{name}", ("time",), getattr(line, f"{end}_tension"), "N", what)
+        for quantity, (label, units, what) in _BENDING.items():
+            bending = getattr(line, quantity)
+            if bending is not None:
+                long_name = f"line {name}: {what} at its nodes"
+                add(f"{label}_{name}", ("time", node), bending, units, long_name)
     dataset: xarray.Dataset = xr.Dataset(
         variables,
         coordinates,
@@ -107,7 +134,7 @@ def write_netcdf(result: Result, path: Path) -> None:
         raise
 
 
-def _arc_lengths(line: Line | SectionedLine) -> Array:
+def arc_lengths(line: Line | SectionedLine) -> Array:
     """(segments + 1,) m: where the nodes are on the unstretched line."""
     sections = (
         line.sections if isinstance(line, SectionedLine) else ((line.properties, line.segments),)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a tow: its shape at an instant, and an animation."""
+"""Pictures of a tow: its shape at an instant, an animation, and the loads in it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_core.body_surface import body_surface, placed
+from sim_core.dataset import arc_lengths
 from sim_core.extras import needed
+from sim_core.system import System
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -81,6 +83,59 @@ def animate(
             target.write_text(film.to_jshtml(fps=frame_rate), encoding="utf-8")
         pyplot.close(figure)
     return film
+
+
+def plot_loads(result: Result, *, ax: Axes | None = None) -> Axes:
+    """Plot over time the hook load of each prescribed point and the tension at its lines' ends.
+
+    Hook loads (N) by component in tank axes; ax: matplotlib's, by default that of a new figure.
+    Needs the extra ``plots``.
+    """
+    ax = _new_axes() if ax is None else ax
+    described = System.of(result.model).lines
+    for name, point in result.points.items():
+        if point.hook_load is None:
+            continue
+        for axis, style in zip(range(3), (":", "--", "-"), strict=True):
+            label = f"{name} {'xyz'[axis]}"
+            ax.plot(result.time, point.hook_load[:, axis], style, label=label)
+        for line, history in result.lines.items():
+            for end in ("start", "end"):
+                if getattr(described[line], end) == name:
+                    tension = getattr(history, f"{end}_tension")
+                    ax.plot(result.time, tension, linewidth=2.5, alpha=0.6, label=f"{line}, {end}")
+    ax.set(xlabel="time (s)", ylabel="force (N)")
+    ax.grid(alpha=0.25)
+    ax.legend()
+    return ax
+
+
+def plot_bending(
+    result: Result, line: str, time: float | None = None, *, ax: Axes | None = None
+) -> tuple[Axes, Axes]:
+    """Plot bending moment and curvature along a line at the sample nearest to ``time`` (s).
+
+    By default the last one; a thin line is the largest moment in the run. Returns the axes of the
+    moment (N m) and, to their right, of the curvature (1/m), over the unstretched length from the
+    line's start (m). Raises ValueError for a limp line or a time outside the run. Needs the extra
+    ``plots``.
+    """
+    history = result.lines[line]
+    if history.bending_moments is None or history.curvatures is None:
+        raise ValueError(f"line '{line}' has no bending stiffness")
+    sample = len(result.time) - 1 if time is None else _sample(result, time)
+    ax = _new_axes() if ax is None else ax
+    along = arc_lengths(System.of(result.model).lines[line])
+    ax.plot(along, history.bending_moments[sample], label="bending moment")
+    ax.plot(along, history.bending_moments.max(axis=0), "C0", linewidth=0.8, label="largest")
+    ax.set(xlabel=f"length from the start of {line} (m)", ylabel="bending moment (N m)")
+    ax.set_title(f"t = {result.time[sample]:.2f} s")
+    ax.grid(alpha=0.25)
+    right: Axes = ax.twinx()
+    right.plot(along, history.curvatures[sample], "C1--", label="curvature")
+    right.set_ylabel("curvature (1/m)")
+    ax.legend(handles=[*ax.get_lines(), *right.get_lines()])
+    return ax, right
 
 
 def _new_axes() -> Axes:

@@ -26,6 +26,9 @@ class PointHistory:
     position: Array  #: (samples, 3) m
     velocity: Array  #: (samples, 3) m/s
     acceleration: Array  #: (samples, 3) m/s²
+    #: (samples, 3) N, of a prescribed point: the pull of the lines on it, weight, drag and inertia
+    #: of their outermost half segments included; None for a free point
+    hook_load: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -106,22 +109,20 @@ def _turned(quaternion: Array, vector: Array) -> Array:
 
 @dataclass(frozen=True)
 class LineHistory:
-    """Shape and tension of a line, from its start to its end."""
+    """Shape and loads of a line, from its start to its end."""
 
     node_positions: Array  #: (samples, segments + 1, 3) m, tank axes
     node_velocities: Array  #: (samples, segments + 1, 3) m/s, tank axes
-    tensions: Array  #: (samples, segments) N; on a drum that of the segment that leaves it
+    #: (samples, segments) N, in the middle of each; on a drum that of the segment that leaves it
+    tensions: Array
+    #: (samples,) N, effective tension at the very start and end: with the loads on the outer
+    #: halves of the segments there, which the tensions of these segments lack
+    start_tension: Array
+    end_tension: Array
+    #: (samples, segments + 1) N·m and 1/m at the nodes; None for a limp line
+    bending_moments: Array | None = None
+    curvatures: Array | None = None
     paid_out: Array | None = None  #: (samples,) m, unstretched, of a line on a winch
-
-    @property
-    def start_tension(self) -> Array:
-        """(samples,) N, of the first segment."""
-        return self.tensions[:, 0]
-
-    @property
-    def end_tension(self) -> Array:
-        """(samples,) N, of the last segment."""
-        return self.tensions[:, -1]
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,8 @@ class Result:
         """The histories as a dataset with named coordinates, units and long names (CF).
 
         Points and bodies are stacked along dimensions of their names; a line has variables of its
-        own, ``tension_NAME`` and ``node_positions_NAME``. Needs the extra ``files``.
+        own, as ``tension_NAME``, ``start_tension_NAME`` and ``node_positions_NAME``. Needs the
+        extra ``files``.
         """
         from sim_core.dataset import to_dataset
 
@@ -190,7 +192,13 @@ def histories(
     points = {}
     for name in model.points:
         site = model._point_site(name)
-        points[name] = PointHistory(position[:, site], velocity[:, site], acceleration[:, site])
+        prescribed = model._prescribed_index(name)
+        points[name] = PointHistory(
+            position=position[:, site],
+            velocity=velocity[:, site],
+            acceleration=acceleration[:, site],
+            hook_load=arrays["hook_load"][:, prescribed] if prescribed >= 0 else None,
+        )
     bodies = {}
     for name in model.bodies:
         translation = model._body_entry(name)
@@ -210,10 +218,16 @@ def histories(
         first, last = model._line_segments(name)
         sites = model._line_sites(name)
         winch = model._line_winch(name)
+        ends = arrays["end_tension"][:, model._line_index(name)]
+        bent = model._line_bent_nodes(name)
         lines[name] = LineHistory(
             node_positions=position[:, sites],
             node_velocities=velocity[:, sites],
             tensions=arrays["tension"][:, first:last],
+            start_tension=ends[:, 0],
+            end_tension=ends[:, 1],
+            bending_moments=None if bent is None else arrays["bending_moment"][:, slice(*bent)],
+            curvatures=None if bent is None else arrays["curvature"][:, slice(*bent)],
             paid_out=arrays["paid_out"][:, winch] if winch >= 0 else None,
         )
     return points, bodies, lines

@@ -51,13 +51,23 @@ def _meshes(meshio: Any, result: Result, sample: int) -> Iterator[tuple[str, Any
     points = np.array([p.position[sample] for p in result.points.values()])
     vertices = np.arange(len(points))[:, None]
     velocity = np.array([p.velocity[sample] for p in result.points.values()])
-    yield "points", meshio.Mesh(points, [("vertex", vertices)], {"velocity [m/s]": velocity})
+    load = np.array(
+        [
+            np.zeros(3) if p.hook_load is None else p.hook_load[sample]
+            for p in result.points.values()
+        ]
+    )
+    values = {"velocity [m/s]": velocity, "hook load [N]": load}
+    yield "points", meshio.Mesh(points, [("vertex", vertices)], values)
     if result.bodies:
         yield "bodies", _bodies(meshio, result, sample)
 
 
 def _lines(meshio: Any, result: Result, sample: int) -> Any:
-    """All lines in one mesh: a cell for each segment, with its tension and its line's number."""
+    """All lines in one mesh: a cell for each segment, with its tension and its line's number.
+
+    Nodes carry bending moment and curvature if some line has any; limp lines then have zeros.
+    """
     first = 0
     cells = []
     for line in result.lines.values():
@@ -65,10 +75,23 @@ def _lines(meshio: Any, result: Result, sample: int) -> Any:
         cells.append(np.column_stack([i, i + 1]))
         first += line.node_positions.shape[1]
     lines = result.lines.values()
+    nodes = {"velocity [m/s]": np.concatenate([line.node_velocities[sample] for line in lines])}
+    if any(line.bending_moments is not None for line in lines):
+        for name, quantity in (
+            ("bending moment [N m]", "bending_moments"),
+            ("curvature [1/m]", "curvatures"),
+        ):
+            values = [getattr(line, quantity) for line in lines]
+            nodes[name] = np.concatenate(
+                [
+                    np.zeros(line.node_positions.shape[1]) if of_line is None else of_line[sample]
+                    for line, of_line in zip(lines, values, strict=True)
+                ]
+            )
     return meshio.Mesh(
         np.concatenate([line.node_positions[sample] for line in lines]),
         [("line", np.concatenate(cells))],
-        {"velocity [m/s]": np.concatenate([line.node_velocities[sample] for line in lines])},
+        nodes,
         {
             "tension [N]": [np.concatenate([line.tensions[sample] for line in lines])],
             "line": [np.concatenate([np.full(len(c), i) for i, c in enumerate(cells)])],

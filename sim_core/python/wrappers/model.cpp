@@ -118,6 +118,20 @@ void bind_model(nb::module_& module) {
         .def("_body_index", [](const SharedModel& m, const std::string& name) { return m.model->body_index(name); })
         .def("_body_places", [](const SharedModel& m, const std::string& name) { return m.model->bodies[m.model->body_index(name)].force.body().places; })
         .def("_line_sites", [](const SharedModel& m, const std::string& name) { return m.model->lines[m.model->line_index(name)].sites; })
+        .def("_prescribed_index", [](const SharedModel& m, const std::string& name) {
+            const Model::Point& point = m.model->points[m.model->point_index(name)];
+            return point.prescribed ? point.site - m.model->free_sites : -1;
+        }, "point"_a, "Which prescribed point it is, −1 for a free one.")
+        .def("_line_index", [](const SharedModel& m, const std::string& name) { return m.model->line_index(name); })
+        .def("_line_bent_nodes", [](const SharedModel& m, const std::string& name) -> std::optional<std::array<int, 2>> {
+            const int line = m.model->line_index(name);
+            int first = 0;
+            for (int i = 0; i < line; ++i) {
+                if (m.model->lines[i].bends_anywhere()) first += m.model->lines[i].segments + 1;
+            }
+            if (!m.model->lines[line].bends_anywhere()) return std::nullopt;
+            return std::array<int, 2>{first, first + m.model->lines[line].segments + 1};
+        }, "line"_a, "Where its nodes are among those of all lines with bending stiffness; None for a limp line.")
         .def("_line_winch", [](const SharedModel& m, const std::string& name) {
             const int line = m.model->line_index(name);
             for (std::size_t i = 0; i < m.model->winches.size(); ++i) {

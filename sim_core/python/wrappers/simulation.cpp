@@ -157,6 +157,14 @@ void bind_forms(Class& cls, const Forms& forms) {
     }
 }
 
+/// The bending moment or the curvature at the nodes of a line.
+Eigen::VectorXd along_line(const Simulator& simulator, const std::string& name, double Equations::Bending::*value) {
+    const int line = simulator.model().line_index(name);
+    Eigen::VectorXd values(simulator.model().lines[line].segments + 1);
+    for (int node = 0; node < values.size(); ++node) values[node] = simulator.equations().bending(line, node).*value;
+    return values;
+}
+
 /// The state after a displacement of its unknowns as the Newton iteration makes it.
 State displaced(const State& state, const Eigen::VectorXd& displacement, const Rates& rates) {
     if (displacement.size() != 3 * state.model->blocks()) throw InvalidInput("displacement has the wrong length");
@@ -386,10 +394,39 @@ The GIL is released while stepping; use each simulator from one thread at a time
             [](const Simulator& s, const std::string& name) {
                 const Model::Line& line = s.model().lines[s.model().line_index(name)];
                 Eigen::VectorXd tensions(line.segments);
-                for (int i = 0; i < line.segments; ++i) tensions[i] = s.tension(line.first_segment + i);
+                for (int i = 0; i < line.segments; ++i) tensions[i] = s.equations().tension(line.first_segment + i);
                 return tensions;
             },
-            "line"_a, "(segments,) N, from the line's start to its end.")
+            "line"_a, "(segments,) N, in the middle of each segment, from the line's start to its end.")
+        .def(
+            "end_tensions",
+            [](const Simulator& s, const std::string& name) {
+                const int line = s.model().line_index(name);
+                return Eigen::Vector2d(s.equations().end_tension(line, 0), s.equations().end_tension(line, 1));
+            },
+            "line"_a, "(2,) N, at the very start and end of a line: with the loads on the half segments there.")
+        .def(
+            "hook_load",
+            [](const Simulator& s, const std::string& name) {
+                for (int i = 0; i < s.model().prescribed_sites; ++i) {
+                    if (s.model().prescribed_point(i).name == name) return s.equations().hook_load(i);
+                }
+                (void)s.model().point_index(name);  // throws if there is none of this name
+                throw InvalidInput("point '" + name + "' moves freely: only a prescribed point has a hook load");
+            },
+            "point"_a,
+            "(3,) N, tank axes: what the lines pull with on a prescribed point, weight, drag and inertia of their last\n"
+            "half segments included.")
+        .def(
+            "bending_moments",
+            [](const Simulator& s, const std::string& name) { return along_line(s, name, &Equations::Bending::moment); },
+            "line"_a, "(segments + 1,) N·m, of the nodes from the line's start to its end; 0 where it is limp.")
+        .def(
+            "curvatures",
+            [](const Simulator& s, const std::string& name) {
+                return along_line(s, name, &Equations::Bending::curvature);
+            },
+            "line"_a, "(segments + 1,) 1/m, likewise: bending moment over bending stiffness.")
         .def_prop_ro("state", [](const Simulator& s) { return State(s.state()); }, "A copy of the present state.")
         .def(
             "save",
@@ -475,6 +512,12 @@ The GIL is released while stepping; use each simulator from one thread at a time
                 arrays["momentum"] = balance_arrays(r.momentum, kMomentumForms);
             }
             arrays["tension"] = array(std::move(r.tension), {samples, model.segments.size()});
+            arrays["hook_load"] =
+                array(std::move(r.hook_load), {samples, static_cast<std::size_t>(model.prescribed_sites), 3});
+            arrays["end_tension"] = array(std::move(r.end_tension), {samples, model.lines.size(), 2});
+            const std::size_t bent = r.curvature.size() / samples;
+            arrays["bending_moment"] = array(std::move(r.bending_moment), {samples, bent});
+            arrays["curvature"] = array(std::move(r.curvature), {samples, bent});
             arrays["paid_out"] = array(std::move(r.paid_out), {samples, model.winches.size()});
             return arrays;
         },

@@ -146,12 +146,8 @@ def test_at_rest_the_tow_point_carries_all_weights(wu_chwang):
         + wu_chwang.fish.apparent_mass_in_water.value
         + sum(line.weight_in_water_per_length.value * line.length.value for line in lines)
     )
-    primary = wu_chwang.lines.primary
-    # Half of the uppermost segment hangs on the tow point itself.
-    segment = primary.length.value / segment_counts(wu_chwang, 20)["primary"]
-    own = gravity * primary.weight_in_water_per_length.value * segment / 2
     # Statics ends at residuals of a millionth of the weight or less.
-    assert hanging(wu_chwang).top_tension() == pytest.approx(weight - own, rel=1e-5)
+    assert hanging(wu_chwang).top_tension() == pytest.approx(weight, rel=1e-5)
 
 
 def test_at_rest_the_lines_hang_below_the_tow_point(rig):

@@ -120,8 +120,8 @@ class Tow:
         return LineShapes(LINES, self._segments, x, y, z, tension)
 
     def top_tension(self) -> float:
-        """Tension of the primary line's uppermost segment, N."""
-        return float(self._running.tensions("primary")[0])
+        """Tension of the primary line at the tow point, N."""
+        return float(self._running.end_tensions("primary")[0])
 
     @property
     def _running(self) -> sc.Simulator:

@@ -72,8 +72,8 @@ class Record:
     """Samples of one stretch of a run.
 
     time: s, shape (n,). tow_point, depressor: height, m, (n,). fish: height by place, m, (n,).
-    pitch: bow up, rad, (n,). top_tension: of the uppermost segment, N, (n,). slack: whether some
-    segment is, (n,).
+    pitch: bow up, rad, (n,). top_tension: of the primary line at the tow point, N, (n,). slack:
+    whether some segment is, (n,).
     """
 
     time: Array
