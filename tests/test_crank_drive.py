@@ -450,3 +450,39 @@ def test_acquisition_resumes_while_the_crank_still_comes_to_rest(rig):
     assert rig.scans[-1].stamp_ns > rig.board.now_ns - 0.1 * SECOND
     assert rig.state == ("tripped", "host_silence")
     assert len(host.dropped) == 1
+
+
+def test_a_crank_that_turns_on_over_a_reset_of_the_board_is_told(rig):
+    """A motor driver shorts while the board is down. The host starts the stream again; with that
+    the board is told of the encoder, has the crank's speed after the four steps of its window, and
+    sees it lose less than the ramp's 10 rpm/s, by 5 rpm half a second later at the latest."""
+    host = Host(rig)
+    host.run(10.0, 3.0)
+    host.drive.ask("stop")
+    host.serve(3.0)
+    assert rig.state == ("stopped", "none")
+    rig.board.reset(ResetCause.BROWN_OUT)
+    rig.board.set_faults(driver_shorted=True)
+    while not rig.driver.statistics.restarts:
+        host.serve(0.05)
+    host.serve(0.1 + 4 / 50 + 5 / 10 + 0.1)  # with a word and a frame
+    assert rig.state == ("tripped", "runaway")
+    assert rig.board.counters()["crank_rate_rad_s"] / RPM > 30.0
+    with pytest.raises(BoardError, match="cut the motor's supply at the main switch"):
+        host.run(10.0, 0.3)
+    rig.board.set_faults()
+    host.serve(6.0)
+    asked = host.drive.ask("clear_trip")
+    host.serve(0.3)
+    asked.result(0)
+    assert rig.state == ("stopped", "none")
+
+
+def test_a_crank_that_coasts_or_stands_over_a_reset_of_the_board_is_no_runaway(rig):
+    host = Host(rig)
+    host.run(60.0, 9.0)
+    rig.board.reset(ResetCause.WATCHDOG)
+    host.serve(5.0)
+    assert rig.driver.statistics.restarts == 1
+    assert rig.state == ("stopped", "none")
+    assert {state.trip for state in rig.states} == {"none"}

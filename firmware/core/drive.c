@@ -142,23 +142,36 @@ static void resume(struct drive *drive, uint32_t now)
         await_movement(drive, read_crank(drive), now);
 }
 
-static uint8_t run(struct drive *drive, const struct drive_arguments *request, uint32_t now)
+// Takes the crank's encoder: from here on a crank that turns without power is told.
+static uint8_t watch(struct drive *drive, const struct drive_arguments *request, uint32_t now)
 {
     int16_t counts = request->counts_per_revolution;
     uint16_t revolution = magnitude(counts);
-    if (request->speed < BOARD_DRIVE_SPEED_MINIMUM || request->speed > BOARD_DRIVE_SPEED_MAXIMUM ||
-        revolution < BOARD_DRIVE_MOVEMENT_PARTS || revolution > INT16_MAX)
+    if (revolution < BOARD_DRIVE_MOVEMENT_PARTS || revolution > INT16_MAX)
         return BOARD_STATUS_BAD_ARGUMENT;
-    if (drive_turns(drive) && (revolution != drive->counts_per_revolution ||
-                               (counts < 0) != drive->backwards))
-        return BOARD_STATUS_BAD_ARGUMENT; // of another encoder, in the middle of a run
+    if (revolution == drive->counts_per_revolution && (counts < 0) == drive->backwards)
+        return BOARD_STATUS_OK;
+    if (drive_turns(drive))
+        return BOARD_STATUS_BAD_ARGUMENT; // another encoder, in the middle of a run
+    drive->counts_per_revolution = revolution;
+    drive->backwards = counts < 0;
+    begin(drive, now);
+    drive->steps_to_fade = FADING_STEPS; // it may coast, from whatever was before
+    return BOARD_STATUS_OK;
+}
+
+static uint8_t run(struct drive *drive, const struct drive_arguments *request, uint32_t now)
+{
+    if (request->speed < BOARD_DRIVE_SPEED_MINIMUM || request->speed > BOARD_DRIVE_SPEED_MAXIMUM)
+        return BOARD_STATUS_BAD_ARGUMENT;
+    uint8_t status = watch(drive, request, now);
+    if (status != BOARD_STATUS_OK)
+        return status;
     if (drive->trip == BOARD_DRIVE_TRIP_NONE && !hal_emergency_stop_closed())
         trip(drive, BOARD_DRIVE_TRIP_EMERGENCY_STOP);
     if (drive->trip != BOARD_DRIVE_TRIP_NONE)
         return BOARD_STATUS_DRIVE_TRIPPED;
     if (!drive_turns(drive)) {
-        drive->counts_per_revolution = revolution;
-        drive->backwards = counts < 0;
         begin(drive, now);
     } else if (drive->state == BOARD_DRIVE_STATE_STOPPING) {
         resume(drive, now);
@@ -216,6 +229,8 @@ uint8_t drive_command(struct drive *drive, const struct drive_arguments *request
         return clear_trip(drive);
     case BOARD_DRIVE_ACTION_KEEP:
         return keep(drive, now);
+    case BOARD_DRIVE_ACTION_WATCH:
+        return watch(drive, request, now);
     default:
         return BOARD_STATUS_BAD_ARGUMENT;
     }
@@ -428,8 +443,8 @@ void drive_poll(struct drive *drive, struct transmitter *transmitter, uint32_t n
 {
     bool turns = drive_turns(drive) || drive->trip == BOARD_DRIVE_TRIP_RUNAWAY;
     uint32_t frame_ticks = turns ? BOARD_DRIVE_FRAME_MOVING_TICKS : BOARD_DRIVE_FRAME_STANDING_TICKS;
-    bool has_run = drive->counts_per_revolution != 0; // also at rest: a tow may turn the crank
-    if (has_run && now - drive->last_step >= STEP_TICKS) {
+    bool knows_encoder = drive->counts_per_revolution != 0; // also at rest: a tow may turn the crank
+    if (knows_encoder && now - drive->last_step >= STEP_TICKS) {
         // By whole steps, so that the reference keeps the board's time. A main loop that was held up
         // leaves steps out and does not make up for them.
         drive->last_step += (now - drive->last_step) / STEP_TICKS * STEP_TICKS;

@@ -416,6 +416,49 @@ static void a_crank_that_turns_without_power_is_told(void **state)
     }
 }
 
+// After a reset, of which the shaft knows nothing.
+static void a_crank_that_turns_is_told_once_its_encoder_is_known(void **state)
+{
+    struct shaft *shaft = *state;
+    for (int direction = -1; direction <= 1; direction += 2) {
+        set_up_at(shaft, 0);
+        shaft->direction = direction;
+        shaft->driver_shorted = true;
+        pass_ms(shaft, 3000);
+        assert_off(shaft, BOARD_DRIVE_STATE_STOPPED, BOARD_DRIVE_TRIP_NONE);
+        struct drive_arguments request = {BOARD_DRIVE_ACTION_WATCH, 0, (int16_t)(direction * COUNTS)};
+        assert_int_equal(drive_command(&shaft->drive, &request, (uint32_t)hal_host.time), BOARD_STATUS_OK);
+        // The window of four steps, and 5 rpm of the ramp's 10 rpm/s
+        pass_ms(shaft, 500);
+        assert_int_equal(shaft->drive.trip, BOARD_DRIVE_TRIP_NONE);
+        pass_ms(shaft, 5 * 20 + 20);
+        assert_off(shaft, BOARD_DRIVE_STATE_TRIPPED, BOARD_DRIVE_TRIP_RUNAWAY);
+    }
+    // One that coasts is none
+    set_up_running(shaft, 6000, false);
+    drive_init(&shaft->drive, (uint32_t)hal_host.time);
+    struct drive_arguments request = {BOARD_DRIVE_ACTION_WATCH, 0, COUNTS};
+    assert_int_equal(drive_command(&shaft->drive, &request, (uint32_t)hal_host.time), BOARD_STATUS_OK);
+    pass_ms(shaft, 10000);
+    assert_off(shaft, BOARD_DRIVE_STATE_STOPPED, BOARD_DRIVE_TRIP_NONE);
+}
+
+static void another_encoder_is_known_at_rest_only(void **state)
+{
+    struct shaft *shaft = *state;
+    set_up_running(shaft, 3000, false);
+    uint32_t now = (uint32_t)hal_host.time;
+    struct drive_arguments same = {BOARD_DRIVE_ACTION_WATCH, 0, COUNTS};
+    struct drive_arguments other = {BOARD_DRIVE_ACTION_WATCH, 0, -COUNTS};
+    struct drive_arguments none = {BOARD_DRIVE_ACTION_WATCH, 0, 0};
+    assert_int_equal(drive_command(&shaft->drive, &same, now), BOARD_STATUS_OK);
+    assert_int_equal(drive_command(&shaft->drive, &other, now), BOARD_STATUS_BAD_ARGUMENT);
+    assert_int_equal(drive_command(&shaft->drive, &none, now), BOARD_STATUS_BAD_ARGUMENT);
+    run_ms(shaft, 3000, 1000);
+    assert_int_equal(shaft->drive.state, BOARD_DRIVE_STATE_RUNNING);
+    assert_in_range(shaft->drive.speed, 2900, 3100);
+}
+
 // Along the ramp it would take 6 s.
 static void a_crank_that_coasts_is_no_runaway(void **state)
 {
@@ -567,7 +610,8 @@ static void what_cannot_be_is_refused(void **state)
     static const struct drive_arguments requests[] = {
         {BOARD_DRIVE_ACTION_RUN, 499, COUNTS},     {BOARD_DRIVE_ACTION_RUN, 6001, COUNTS},
         {BOARD_DRIVE_ACTION_RUN, 0, COUNTS},       {BOARD_DRIVE_ACTION_RUN, 3000, 0},
-        {BOARD_DRIVE_ACTION_RUN, 3000, INT16_MIN}, {5, 3000, COUNTS},
+        {BOARD_DRIVE_ACTION_RUN, 3000, INT16_MIN}, {BOARD_DRIVE_ACTION_WATCH, 0, 0},
+        {BOARD_DRIVE_ACTION_WATCH, 0, INT16_MIN},  {6, 3000, COUNTS},
     };
     for (size_t i = 0; i < sizeof requests / sizeof requests[0]; i++) {
         assert_int_equal(drive_command(&shaft->drive, &requests[i], 0), BOARD_STATUS_BAD_ARGUMENT);
@@ -714,6 +758,8 @@ int main(void)
         TEST(an_encoder_that_slips_speeds_no_stop_up),
         TEST(a_crank_that_does_not_reach_its_speed_trips),
         TEST(a_crank_that_turns_without_power_is_told),
+        TEST(a_crank_that_turns_is_told_once_its_encoder_is_known),
+        TEST(another_encoder_is_known_at_rest_only),
         TEST(a_crank_that_coasts_is_no_runaway),
         TEST(a_stop_that_is_called_off_goes_on_from_the_cranks_speed),
         TEST(stops_that_are_called_off_hide_no_silent_encoder),

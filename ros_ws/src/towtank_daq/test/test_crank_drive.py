@@ -84,13 +84,31 @@ def test_a_crank_does_not_start_by_itself_after_an_interruption(host, what):
     setattr(host.board.statistics, what, 1)
     host.board.told.clear()
     host.pass_time(5.0)
-    assert host.board.told == []
+    assert host.board.told == [("watch", 0.0, -4096)]
     assert host.dropped == [
         "the crank is no longer driven: the board or its line was gone: set the crank's speed again"
     ]
     host.drive.ask("run", 30 * RPM)
     host.pass_time(0.1)
-    assert len(host.board.told) == 1
+    assert len(host.board.told) == 2
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_a_board_that_was_reset_is_told_of_the_encoder_of_a_crank_that_was_driven(host, driven):
+    """Until it knows; a crank that this host never drove may turn by a motor of its own."""
+    if driven:
+        host.drive.ask("run", 30 * RPM)
+        host.drive.ask("stop")
+        host.pass_time(1.0)
+    host.board.told.clear()
+    host.board.statistics.restarts = 1
+    host.board.error = BoardError("the board does not answer 'drive': check its cable")
+    host.pass_time(1.0)
+    assert host.board.told == []
+    host.board.error = None
+    host.pass_time(5.0)
+    assert host.board.told == ([("watch", 0.0, -4096)] if driven else [])
+    assert host.dropped == []
 
 
 def test_a_trip_ends_the_wish(host):

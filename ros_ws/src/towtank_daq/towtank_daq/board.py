@@ -437,8 +437,9 @@ class AdcBoard:
     def drive(self, action: str, speed_rpm: float = 0.0, counts_per_revolution: int = 0) -> None:
         """Ask the crank's drive for an action of board.yaml's `drive_action`.
 
-        speed_rpm, counts_per_revolution: for `run`; the counts are negative for an encoder that
-        counts backwards. Within each of the board's `command_timeout_s` it wants a `keep`.
+        speed_rpm: for `run`. counts_per_revolution: of the crank's encoder, for `run` and `watch`;
+        negative where it counts backwards. Within each of the board's `command_timeout_s` it wants
+        a `keep`.
         Raises BoardError for what the drive cannot do.
         """
         limits = self._board.drive.speed_rpm
@@ -447,7 +448,7 @@ class AdcBoard:
                 f"the crank cannot be driven at {speed_rpm:g} rpm: give {limits.minimum:g} to "
                 f"{limits.maximum:g} rpm"
             )
-        if action == "run" and not 512 <= abs(counts_per_revolution) < 2**15:
+        if action in _DRIVE_KNOWS_ENCODER and not 512 <= abs(counts_per_revolution) < 2**15:
             raise BoardError(
                 f"the drive cannot be led by an encoder of {abs(counts_per_revolution)} counts a "
                 "revolution: use one of 512 to 32767"
@@ -1019,6 +1020,8 @@ TRIP_ADVICE = {
     "crank), then clear the trip",
 }
 """What to do about a trip of the drive, by its name in board.yaml."""
+
+_DRIVE_KNOWS_ENCODER = ("run", "watch")
 
 _DRIVE_STOPS = ("stop", "emergency_stop")
 """Actions of the drive that are sent also to a board that is not heard: it may hear them."""

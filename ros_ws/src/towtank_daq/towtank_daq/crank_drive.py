@@ -5,7 +5,9 @@ Requests come from any thread; the one thread that uses the driver serves them b
 The board is told four times a second to keep on, so that it stops the crank by itself when this
 program dies; the word for that starts no crank. What could have changed behind the host's back, a
 reset of the board, a line that was gone, a trip, ends the wish for a speed: the crank never starts
-by itself. A trip that a reset of the board made it forget must be cleared all the same.
+by itself. A trip that a reset of the board made it forget must be cleared all the same, and a board
+with which the crank was driven is told of its encoder again, so that it tells of a crank that turns
+on without it.
 """
 
 from __future__ import annotations
@@ -51,7 +53,7 @@ class CrankDrive:
         self._requests: queue.SimpleQueue[_Request] = queue.SimpleQueue()
         self._wanted = False
         self._asked_s = -math.inf
-        self._interruptions = (0, 0)
+        self._interruptions: tuple[int, int] | None = None  # when the board was told of the encoder
         self._told: DriveState | None = None
         self.trip = "none"
         """That the board has told and nobody has cleared, by its name in board.yaml."""
@@ -73,7 +75,7 @@ class CrankDrive:
     def serve(self, board: AdcBoard) -> None:
         """Tell the board what is due. To be called often, by the thread that uses the driver."""
         self._note_trip(board)
-        self._drop_what_was_interrupted(board)
+        self._note_interruption(board)
         while True:
             try:
                 request = self._requests.get_nowait()
@@ -147,13 +149,23 @@ class CrankDrive:
         self._asked_s = self._now_s()
         self._interruptions = _interruptions(board)
 
-    def _drop_what_was_interrupted(self, board: AdcBoard) -> None:
-        if not self._wanted:
-            return
-        if _interruptions(board) != self._interruptions:
-            self._drop("the board or its line was gone: set the crank's speed again")
-        elif board.drive_state is not None and board.drive_state.trip != "none":
+    def _note_interruption(self, board: AdcBoard) -> None:
+        if self._interruptions not in (None, _interruptions(board)):
+            if self._wanted:
+                self._drop("the board or its line was gone: set the crank's speed again")
+            if self._now_s() - self._asked_s >= _REPEAT_S:
+                self._watch_again(board)
+        elif self._wanted and board.drive_state is not None and board.drive_state.trip != "none":
             self._drop(f"the drive has tripped ({board.drive_state.trip.replace('_', ' ')})")
+
+    def _watch_again(self, board: AdcBoard) -> None:
+        interruptions = _interruptions(board)
+        self._asked_s = self._now_s()
+        try:
+            board.drive("watch", counts_per_revolution=self._counts)
+        except (BoardError, OSError):
+            return  # asked again soon; what is wrong with the board is told by its driver
+        self._interruptions = interruptions
 
     def _drop(self, why: str) -> None:
         self._wanted = False
