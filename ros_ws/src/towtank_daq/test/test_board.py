@@ -580,6 +580,38 @@ def test_board_that_went_idle_is_started_again(bench):
     assert "has gone idle" in bench.warnings[0]
 
 
+@pytest.mark.parametrize("reset", [False, True])
+@pytest.mark.parametrize("answered", [0, 4])
+def test_a_restart_that_cannot_learn_the_boards_clock_begins_no_new_epoch(bench, answered, reset):
+    """The board's time tells at the next attempt whether it was reset; `answered` of the questions
+    for it are, and then a whole round is not."""
+    bench.stream(3.0)
+    bench.board.crank = 77
+    answer, asked = bench.board._answer, []
+
+    def lose_a_round(request: bytes) -> None:
+        if CONFIGURE in bench.board.requests:
+            asked.append(request[0])
+            bench.board.answer_losses[SYNC] = asked.count(SYNC) in range(answered + 1, answered + 7)
+        answer(request)
+
+    bench.board.requests.clear()
+    bench.board._answer = lose_a_round
+    if reset:
+        bench.board.reset(boot_frame=False)
+        bench.board.boot_count = 1  # as a power cut begins it anew
+        bench.board.crank = 77
+    else:
+        bench.board.go_idle()
+    bench.driver.poll(12.0)
+    assert asked.count(SYNC) > answered + 6
+    assert bench.driver.statistics.restarts == 1
+    assert bench.scans[-1].crank == 77
+    assert [epoch for epoch, _ in itertools.groupby(s.count_epoch for s in bench.scans)] == (
+        [1, 2] if reset else [1]
+    )
+
+
 def test_a_stream_that_went_idle_unnoticed_is_charged_up_to_the_stop(bench):
     """The board stands by the count of its own scans, which ends where it went idle."""
     bench.stream(2.0)

@@ -177,13 +177,6 @@ def test_inverse_map():
     assert clock.ticks(clock.host_ns(123_456_789_012)) == pytest.approx(123_456_789_012, abs=1)
 
 
-def test_reset_forgets():
-    clock, _ = run(Truth(5000.0, 3), 10)
-    clock.reset()
-    assert clock.points == 0
-    assert clock.rate_ppm == 0.0
-
-
 @given(st.integers(0, 2**63), st.integers(-(2**31) + 1, 2**31 - 1))
 def test_unwrap_32_bits(value, drift):
     assert unwrap(value & 0xFFFFFFFF, 32, value + drift) == value

@@ -255,11 +255,7 @@ class AdcBoard:
         self._patience_ns = round(1e9 * patience_s)
         self._board = protocol.board
         self._reader = FrameReader(self._board.wire.maximum_payload)
-        self.clock = BoardClock(
-            self._board.microcontroller.tick_hz,
-            protocol.request_wire_ns("sync"),
-            protocol.answer_wire_ns("sync"),
-        )
+        self.clock = self._new_clock()
         self.statistics = Statistics(frames=self._reader.counters)
         self._adc_watch = AdcWatch(protocol)
         self.health: HealthRecord | None = None
@@ -639,15 +635,23 @@ class AdcBoard:
 
     # -- the stream
 
+    def _new_clock(self) -> BoardClock:
+        return BoardClock(
+            self._board.microcontroller.tick_hz,
+            self._protocol.request_wire_ns("sync"),
+            self._protocol.answer_wire_ns("sync"),
+        )
+
     def _begin(self) -> None:
         """From an idle board to a stream whose clock is known."""
-        self.clock.reset()
+        # The old one stays until the new one is known: it tells whether the board has run on
+        clock = self._new_clock()
         for _ in range(_FIRST_SYNC_ATTEMPTS):
             tries = [t for t in (self._sync_try() for _ in range(_SYNC_TRIES)) if t is not None]
             if not tries:
                 raise NoAnswer("the board does not answer 'sync': check its cable")
-            self.clock.add_round(tries)
-            if self.clock.points == _FIRST_SYNC_ROUNDS:
+            clock.add_round(tries)
+            if clock.points == _FIRST_SYNC_ROUNDS:
                 break
             self._wait(self._now_ns() + round(1e9 * _FIRST_SYNC_SPACING_S), lambda: False)
         else:
@@ -655,6 +659,7 @@ class AdcBoard:
                 "the board's time cannot be told, for its answers come faster than its line is: "
                 "a virtual board needs a less busy computer"
             )
+        self.clock = clock
         self._down = ""
         self._tries_left = 0
         self._next_sync_ns = self._now_ns() + round(1e9 * _FIRST_SYNC_SPACING_S)

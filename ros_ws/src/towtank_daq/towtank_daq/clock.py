@@ -99,10 +99,6 @@ class BoardClock:
         self._nominal_hz = nominal_hz
         self._request_wire_ns = request_wire_ns
         self._response_wire_ns = response_wire_ns
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything, as after a reset of the board."""
         self._points: deque[_Point] = deque(maxlen=_POINTS)
         self._host_ns = 0
         self._ticks = 0
