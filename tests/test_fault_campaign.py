@@ -424,6 +424,21 @@ def test_no_request_falls_into_the_bootloaders_window(mega):
     assert mega.driver.statistics.restarts == 7
 
 
+@pytest.mark.parametrize("woken_s", [0.1, 0.5, 0.9])
+def test_a_host_that_was_held_up_over_a_reset_says_nothing_to_the_bootloader(mega, woken_s):
+    """Frames of before the reset wait in the port: they are no sign of a board that hears."""
+    reset_ns = mega.board.now_ns + SECOND
+    mega.line.after(1.0, lambda: mega.board.reset(ResetCause.EXTERNAL))
+    mega.line.run(reset_ns + round(woken_s * SECOND))
+    mega.driver.poll(4.0)
+    mega.end()
+    after_s = [(at_ns - reset_ns) / SECOND for at_ns in mega.line.written_ns]
+    assert not [s for s in after_s if 0.0 <= s < 0.915]
+    assert mega.gap_s < 2.0
+    assert (mega.driver.statistics.restarts, mega.driver.statistics.reconnections) == (1, 0)
+    mega.assert_counts_begin_a_new_epoch()
+
+
 @pytest.mark.parametrize(
     ("mega", "at_most_s"), [(True, 5.0), (False, 11.0)], indirect=["mega"], ids=["DTR", "no DTR"]
 )

@@ -25,7 +25,8 @@ what was lost. One that has not is started again as above.
 
 Nothing is said to a board that is not heard. A Mega that was reset for whatever cause is in its
 bootloader for a second, where one byte holds it for nine more; a request is therefore sent right
-behind one of the board's own frames, which come with every scan, or else once a second. (The
+behind one of the board's own frames, which come with every scan, or else once a second. What has
+waited in the port while the host was held up does not count: it may be of before a reset. (The
 drive's orders to stop are sent in any case.)
 
 Life is judged by what is wanted: valid channels, in scans, in good frames. Bytes alone are none.
@@ -261,7 +262,9 @@ class AdcBoard:
         self.health: HealthRecord | None = None
         self.drive_state: DriveState | None = None
         self.identity: Identity | None = None
-        self._heard_ns: int | None = None  # when the last good frame came
+        self._heard_ns: int | None = None  # when the last good frame came that was not old
+        self._read_ns = 0  # when the line was last read
+        self._behind = True  # what is read has waited for an unknown time
         self._spoke_ns = 0  # when the last byte went out, or the line was opened
         self._silent_s = self._scanless_s = 0.0  # of waiting
         self._silent_bytes = 0
@@ -865,8 +868,13 @@ class AdcBoard:
     def _receive(self, until_ns: int) -> bool:
         """Take in what has come; False if nothing comes before `until_ns`."""
         begun_ns = self._now_ns()
-        data = self._transport.read(max(0.0, (until_ns - begun_ns) / 1e9))
+        # Behind a stall all that waits is read first, until there is nothing
+        timeout_s = 0.0 if self._behind else max(0.0, (until_ns - begun_ns) / 1e9)
+        data = self._transport.read(timeout_s)
         received_ns = self._now_ns()
+        stalled = received_ns - self._read_ns > 1e9 * (timeout_s + _FRESH_S)
+        self._behind = bool(data) and (self._behind or stalled)
+        self._read_ns = received_ns
         # Silence is counted in waiting: a host that was held up has all that was sent meanwhile
         # still to read
         waited_s = min(received_ns - begun_ns, _LOOK_AROUND_NS) / 1e9
@@ -877,7 +885,8 @@ class AdcBoard:
             return False
         payloads = self._reader.feed(data)
         if payloads:
-            self._heard_ns = received_ns
+            if not self._behind:
+                self._heard_ns = received_ns
             self._silent_s, self._silent_bytes = 0.0, 0
         for payload in payloads:
             try:
