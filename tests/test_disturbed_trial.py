@@ -31,6 +31,7 @@ from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from towtank_interfaces.msg import Depth, TrialEvent
+from towtank_node.calls import AGAIN_S, Call
 from towtank_node.qos import LATCHED_QOS
 
 rclpy.init()
@@ -59,13 +60,15 @@ print("publishing", flush=True)
 sys.stdin.readline()
 asker = rclpy.create_node("asker")
 executor = SingleThreadedExecutor()
+executor.add_node(asker)
 for name, transition in (("recorder", 1), ("measured/adc_board", 1), ("recorder", 2)):
     client = asker.create_client(ChangeState, f"/{name}/change_state")
     client.wait_for_service()
     request = ChangeState.Request(transition=Transition(id=transition))
-    future = client.call_async(request)
-    rclpy.spin_until_future_complete(asker, future, executor)
-    print(name, future.result().success, flush=True)
+    call = Call(client, request, AGAIN_S)  # what is refused may be asked for twice
+    while (answer := call.answer()) is None:
+        executor.spin_once(timeout_sec=0.1)
+    print(name, answer.success, flush=True)
 sys.stdin.readline()
 """
 

@@ -12,10 +12,10 @@ import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from towtank_bag.reader import open_bag
 from towtank_interfaces.msg import Depth, TrialEvent
+from towtank_node.leading import LifecycleClient
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 
 RIG = Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
@@ -33,7 +33,7 @@ class Graph:
         self.node.create_subscription(
             DiagnosticArray, "/diagnostics", lambda a: self.statuses.extend(a.status), RELIABLE_QOS
         )
-        self.change_state = self.node.create_client(ChangeState, "/recorder/change_state")
+        self.leader = LifecycleClient(self.node, "/recorder")
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
         environment = dict(os.environ)
@@ -58,11 +58,10 @@ class Graph:
             self.executor.spin_once(timeout_sec=0.05)
 
     def transition(self, transition: int) -> bool:
-        self.spin_until(self.change_state.service_is_ready)
-        request = ChangeState.Request(transition=Transition(id=transition))
-        future = self.change_state.call_async(request)
-        self.spin_until(future.done)
-        return future.result().success
+        self.spin_until(self.leader.is_ready)
+        call = self.leader.transition(transition)
+        self.spin_until(lambda: call.outcome() is not None)
+        return call.outcome()
 
     def bring_up(self) -> None:
         assert self.transition(Transition.TRANSITION_CONFIGURE)

@@ -10,10 +10,12 @@ import time
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from lifecycle_msgs.msg import State, Transition
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 from towtank_bringup.conductor import Conductor, TrialError
 from towtank_bringup.course import OperatorDrive, run_course
-from towtank_bringup.graph import RosNode, joined
+from towtank_bringup.graph import NodeGroup, RosNode, joined
 from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetCrankSpeed, SetDrive
 from towtank_node.diagnostics import NodeDiagnostics
@@ -60,6 +62,10 @@ class Device(ManagedNode):
         self.executor_ = StreamExecutor(context=context)
         self.executor_.add_node(self)
         self.asked = []
+        self.led_to = []
+        self.answers_lost = 0
+        self._answering = self._service_change_state.callback
+        self._service_change_state.callback = self._answer
         self._ending = False
         self._thread = threading.Thread(target=self._spin)
         self._thread.start()
@@ -72,6 +78,14 @@ class Device(ManagedNode):
         self.diagnostics.stop("deactivated")
         return super().on_deactivate(state)
 
+    def _answer(self, request, response):
+        self.led_to.append(request.transition.id)
+        answer = self._answering(request, response)
+        if self.answers_lost:
+            self.answers_lost -= 1
+            raise LookupError  # the transition is done, and no answer given
+        return answer
+
     def end(self) -> None:
         self._ending = True
         self._thread.join()
@@ -82,7 +96,8 @@ class Device(ManagedNode):
         while not self._ending:
             while self.asked:
                 self.asked.pop(0)()
-            self.executor_.spin_once()
+            with contextlib.suppress(LookupError):
+                self.executor_.spin_once()
 
 
 GRAPH = joined((RosNode("p", "e", "/", "device", lifecycle=True),), clock_offset_ns=7)
@@ -164,7 +179,7 @@ def test_events_are_stamped_by_the_trials_clock(context):
 
 
 def test_an_answer_that_got_lost_is_asked_for_again(context, monkeypatch):
-    monkeypatch.setattr("towtank_bringup.conductor._AGAIN_S", 0.1)
+    monkeypatch.setattr("towtank_node.calls.AGAIN_S", 0.1)
     conductor = Conductor((), context=context)
     plant = rclpy.create_node("simulator", namespace="plant", context=context)
     asked = []
@@ -181,6 +196,72 @@ def test_an_answer_that_got_lost_is_asked_for_again(context, monkeypatch):
         conductor.set_drive(1.0, 3.0, 5.0)
     assert asked == [3.0] * 3
     plant.destroy_node()
+    conductor.close()
+
+
+def test_a_transition_whose_answer_got_lost_is_judged_by_the_nodes_state(context, monkeypatch):
+    """Each of a trial's four: asked for once, and known to be done."""
+    monkeypatch.setattr("towtank_node.calls.AGAIN_S", 0.1)
+    device = Device(context)
+    conductor = Conductor(GRAPH, context=context)
+    device.answers_lost = 4
+    conductor.bring_up()
+    conductor.shut_down()
+    assert device.led_to == [
+        Transition.TRANSITION_CONFIGURE,
+        Transition.TRANSITION_ACTIVATE,
+        Transition.TRANSITION_DEACTIVATE,
+        Transition.TRANSITION_CLEANUP,
+    ]
+    device.end()
+    conductor.close()
+
+
+def test_the_state_before_a_transition_does_not_decide_it(led, monkeypatch):
+    """Both requests may wait for the node, and the one for its state may be served first."""
+    monkeypatch.setattr("towtank_node.calls.AGAIN_S", 0.1)
+    conductor, device, _, _ = led
+    states, waiting = [], []
+    get_state = device._service_get_state.callback
+
+    def wait(request, response):
+        waiting.append(lambda: device._answering(request, response))
+        raise LookupError  # no answer
+
+    def tell_state(request, response):
+        states.append(get_state(request, response).current_state.id)
+        device.asked += waiting  # done after the state was told
+        waiting.clear()
+        return response
+
+    device._service_change_state.callback = wait
+    device._service_get_state.callback = tell_state
+    conductor.leading = False
+    conductor._transition(GRAPH[0], Transition.TRANSITION_DEACTIVATE, "deactivated")
+    assert states[0] == State.PRIMARY_STATE_ACTIVE
+    assert states[-1] == State.PRIMARY_STATE_INACTIVE
+
+
+def test_a_zero_whose_answer_got_lost_is_done_once(context):
+    """A second could come when the carriage runs; the sensor's diagnostics tell of the first."""
+    name = "/measured/fish/pressure_sensor"
+    group = NodeGroup("p", "e", (name,))
+    conductor = Conductor((group,), context=context)
+    sensor = rclpy.create_node("pressure_sensor", namespace="measured/fish", context=context)
+    zeroed = ["zero at 0.1 m"]  # of an earlier trial
+    diagnostics = NodeDiagnostics(sensor, 1.0, lambda: {"zeroed": zeroed[-1]})
+
+    def zero(request, response):
+        zeroed.append(f"zero at 0.{len(zeroed) + 1} m")
+        raise LookupError  # done, and no answer given
+
+    sensor.create_service(Trigger, "~/zero", zero)
+    with served(sensor, context):
+        diagnostics.ready()
+        conductor.wait_until(lambda: conductor._ready(name), 60.0, "the sensor")
+        assert conductor.zero(name) == "zero at 0.2 m"
+    assert zeroed == ["zero at 0.1 m", "zero at 0.2 m"]
+    sensor.destroy_node()
     conductor.close()
 
 

@@ -4,6 +4,7 @@ virtual motor."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -29,6 +30,8 @@ from towtank_bringup.verbs.crank import (
     one_domain,
 )
 from towtank_interfaces.msg import CrankDrive
+from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node.executor import StreamExecutor
 from towtank_node.qos import RELIABLE_QOS
 from towtank_node.quick_stop import quick_stop
 
@@ -229,6 +232,50 @@ def test_a_domain_that_cannot_be_entered_keeps_no_call_from_the_others(monkeypat
     with CrankCalls([8, 7]) as calls:
         told = calls.ask("EMERGENCY_STOP", insistent=[8, 7])
     assert told == {8: "ROS domain 8 cannot be entered: failed to initialize"}
+
+
+@pytest.mark.parametrize(("runs", "told"), [(True, []), (False, ["does not answer"])])
+def test_a_start_whose_answer_got_lost_is_judged_by_the_drives_state(monkeypatch, runs, told):
+    """It is asked for once: a second request could follow a stop that somebody made between."""
+    monkeypatch.setattr("towtank_bringup.crank_call._WAIT_S", 60.0 if runs else 10.0)
+    context = rclpy.Context()
+    domain = int(os.environ["ROS_DOMAIN_ID"])
+    rclpy.init(context=context, domain_id=domain)
+    board = rclpy.create_node("crank_drive", namespace="measured", context=context)
+    publisher = board.create_publisher(CrankDrive, "~/state", RELIABLE_QOS)
+    asked = []
+
+    def lose(request, response):
+        asked.append(request.crank_rate)
+        raise LookupError  # the request is taken, and no answer given
+
+    def tell():
+        target = asked[-1] if runs and asked else 2.0
+        publisher.publish(CrankDrive(state=CrankDrive.RUNNING, target_rate=target))
+
+    board.create_service(SetCrankSpeed, "~/set_speed", lose)
+    board.create_timer(0.05, tell)
+    ended = threading.Event()
+
+    def spin():
+        executor = StreamExecutor(context=context)
+        executor.add_node(board)
+        while not ended.is_set():
+            with contextlib.suppress(LookupError):
+                executor.spin_once()
+        executor.shutdown()
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    with CrankCalls([domain]) as calls:
+        refusals = calls.ask("RUN", 3.0)
+    ended.set()
+    thread.join()
+    board.destroy_node()
+    context.shutdown()
+    assert [word for why in refusals.values() for word in told if word in why] == told
+    assert bool(refusals) != runs
+    assert asked == [3.0]
 
 
 @pytest.mark.timeout(60)

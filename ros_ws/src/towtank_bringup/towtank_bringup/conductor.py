@@ -18,17 +18,19 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from towtank_bag.topics import TRIAL_TOPIC_NAMES
 from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetCrankSpeed, SetDrive
+from towtank_node import calls
+from towtank_node.calls import Call
 from towtank_node.executor import StreamExecutor
+from towtank_node.leading import LifecycleClient
 from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 from towtank_node.senders import UNKNOWN_NODE, Senders, publishers
 from towtank_node.trial_clock import TrialClock
@@ -39,8 +41,12 @@ from towtank_bringup.graph import CONDUCTOR, Graph, RosNode, told_to_all
 
 SERVICE_TIMEOUT_S = 30.0
 CRANK_DRIVE = "/measured/crank_drive"
+_SET_CRANK_SPEED = f"{CRANK_DRIVE}/set_speed"
+_PLANT = "/plant/simulator"
+_SET_DRIVE = "/plant/set_drive"
+_PRESSURE_SENSOR = "pressure_sensor"  # the nodes that can be zeroed
+_ZERO = "zero"
 _SPIN_S = 0.05
-_AGAIN_S = 5.0  # between two requests where one is not answered
 _STRANGERS_S = 1.0  # between two looks for them
 _RUN_OUT_S = 10.0  # for a soft stop, which takes 6 s from 60 rpm
 _UNHEARD_S = 2.0
@@ -87,6 +93,16 @@ class Conductor(Node):
         self.ratios: dict[str, HeaveRatio] = {}
         self._trial_clock = TrialClock(self)
         self._crank = CrankWatch()
+        self._kept: dict[str, Client] = {}
+        self._leaders = {
+            node.full_name: LifecycleClient(self, node.full_name) for node in self._lifecycle
+        }
+        self._client(SetCrankSpeed, _SET_CRANK_SPEED)
+        for name in self._node_names:
+            if name.endswith(f"/{_PRESSURE_SENSOR}"):
+                self._client(Trigger, f"{name}/{_ZERO}")
+            if name == _PLANT:
+                self._client(SetDrive, _SET_DRIVE)
         self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
         self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
@@ -161,6 +177,12 @@ class Conductor(Node):
         deadline = time.monotonic() + _REST_S
         while (left := deadline - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=left)
+
+    def _value(self, name: str, key: str) -> str:
+        """What a node has last told under that name; '' if nothing."""
+        status = self._statuses.get(name)
+        pairs = status.values if status is not None else ()
+        return next((str(pair.value) for pair in pairs if pair.key == key), "")
 
     def reported(self, key: str) -> dict[str, int]:
         """Return the last count of that name by node, of those that report it."""
@@ -253,7 +275,7 @@ class Conductor(Node):
         """
         if not self._crank.turns:
             return
-        client = self.create_client(SetCrankSpeed, f"{CRANK_DRIVE}/set_speed")
+        client = self._client(SetCrankSpeed, _SET_CRANK_SPEED)
         request = SetCrankSpeed.Request(action=SetCrankSpeed.Request.STOP)
         begun = time.monotonic()
         ask_at = begun
@@ -265,50 +287,31 @@ class Conductor(Node):
                 client.call_async(request)  # its states tell whether it obeys
                 ask_at = time.monotonic() + _STOP_AGAIN_S
             self._executor.spin_once(timeout_sec=_SPIN_S)
-        self.destroy_client(client)
         if self._crank.turns:
             self.say("warning: the crank is not seen at rest: press the emergency stop")
         else:
             self._see_whether_the_crank_rests()
 
-    def call(
-        self,
-        service: type,
-        name: str,
-        request: Any,
-        timeout_s: float,
-        again_s: float = math.inf,
-    ) -> Any:
-        """Call a service and wait for its answer; TrialError if there is none.
+    def _client(self, service: type, name: str) -> Client:
+        """The client of a service. Made once: a server answers those that it has known for long."""
+        if name not in self._kept:
+            self._kept[name] = self.create_client(service, name)
+        return self._kept[name]
 
-        again_s: ask again so often, what may be asked twice. A server that has not found the
-        client's reader within a tenth of a second, for the machine is busy, drops its answer.
-        """
-        client = self.create_client(service, name)
-        try:
-            self.wait_until(client.service_is_ready, timeout_s, f"service {name} to come up")
-            asked: list[Future] = []
-            ask_at = -math.inf
-
-            def answered() -> bool:
-                nonlocal ask_at
-                if time.monotonic() > ask_at:
-                    asked.append(client.call_async(request))
-                    ask_at = time.monotonic() + again_s
-                return any(future.done() for future in asked)
-
-            self.wait_until(answered, timeout_s, f"answer of service {name}")
-            return next(future.result() for future in asked if future.done())
-        finally:
-            self.destroy_client(client)
+    def _wait_for_service(self, client: Client) -> None:
+        self.wait_until(
+            client.service_is_ready, SERVICE_TIMEOUT_S, f"service {client.srv_name} to come up"
+        )
 
     # -------------------------------------------------------------------------- leading nodes
     def _transition(self, node: RosNode, transition: int, word: str) -> None:
-        request = ChangeState.Request(transition=Transition(id=transition))
-        answer = self.call(
-            ChangeState, f"{node.full_name}/change_state", request, SERVICE_TIMEOUT_S
+        leader = self._leaders[node.full_name]
+        self.wait_until(leader.is_ready, SERVICE_TIMEOUT_S, f"{node.full_name} to come up")
+        call = leader.transition(transition)
+        self.wait_until(
+            lambda: call.outcome() is not None, SERVICE_TIMEOUT_S, f"{node.full_name} to be {word}"
         )
-        if not answer.success:
+        if not call.outcome():
             self.spin_for(1.0)  # its diagnostics say why
             raise TrialError(f"{node.full_name} could not be {word}: see its log")
 
@@ -328,10 +331,7 @@ class Conductor(Node):
         self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
 
     def _ready(self, name: str) -> bool:
-        status = self._statuses.get(name)
-        return status is not None and any(
-            (pair.key, pair.value) == ("state", "ready") for pair in status.values
-        )
+        return self._value(name, "state") == "ready"
 
     def _bring_back(self, node: RosNode) -> None:
         """Activate a node whose process was started again, or which somebody else has deactivated,
@@ -340,10 +340,13 @@ class Conductor(Node):
         One that dies meanwhile ends the trial, for the answers that are waited for would not come.
         """
         self.leading = False
-        answer = self.call(
-            GetState, f"{node.full_name}/get_state", GetState.Request(), SERVICE_TIMEOUT_S, _AGAIN_S
+        leader = self._leaders[node.full_name]
+        self.wait_until(leader.is_ready, SERVICE_TIMEOUT_S, f"{node.full_name} to come up")
+        asked = leader.state()
+        self.wait_until(
+            lambda: asked.answer() is not None, SERVICE_TIMEOUT_S, f"{node.full_name}'s state"
         )
-        state = answer.current_state
+        state = asked.answer().current_state
         if state.id == State.PRIMARY_STATE_INACTIVE:
             self.say(f"activating {node.full_name} again, which somebody else had deactivated")
             self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
@@ -369,20 +372,45 @@ class Conductor(Node):
             self._transition(node, Transition.TRANSITION_CLEANUP, "cleaned up")
 
     def zero(self, node_name: str) -> str:
-        """Zero a pressure sensor at rest. Returns what the node says of it."""
-        answer = self.call(Trigger, f"{node_name}/zero", Trigger.Request(), SERVICE_TIMEOUT_S)
+        """Zero a pressure sensor at rest. Returns what the node says of it.
+
+        Asked for once: a second request could be served when the carriage runs already. Where its
+        answer gets lost the node's diagnostics tell what it has done.
+        """
+        client = self._client(Trigger, f"{node_name}/{_ZERO}")
+        self._wait_for_service(client)
+        before = self._value(node_name, "zeroed")
+        call = Call(client, Trigger.Request())
+
+        def told() -> str:
+            words = self._value(node_name, "zeroed")
+            return "" if words == before else words
+
+        self.wait_until(
+            lambda: call.answer() is not None or told() != "",
+            SERVICE_TIMEOUT_S,
+            f"{node_name} to be zeroed",
+        )
+        answer = call.answer()
+        if answer is None:
+            return told()
         if not answer.success:
             raise TrialError(f"{node_name} could not be zeroed: {answer.message}")
         return answer.message
 
     def set_drive(self, carriage_speed: float, crank_rate: float, ramp_time: float) -> None:
         """Command the virtual tank's carriage (m/s) and crank (rad/s) along a ramp (s)."""
+        client = self._client(SetDrive, _SET_DRIVE)
+        self._wait_for_service(client)
         request = SetDrive.Request(
             carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
         )
-        answer = self.call(SetDrive, "/plant/set_drive", request, SERVICE_TIMEOUT_S, _AGAIN_S)
-        if not answer.success:
-            raise TrialError(f"the drive refused {carriage_speed} m/s: {answer.message}")
+        call = Call(client, request, calls.AGAIN_S)
+        self.wait_until(
+            lambda: call.answer() is not None, SERVICE_TIMEOUT_S, f"answer of {_SET_DRIVE}"
+        )
+        if not call.answer().success:
+            raise TrialError(f"the drive refused {carriage_speed} m/s: {call.answer().message}")
 
     def mark(self, event: str, **detail: Any) -> None:
         """Publish an event of the trial, stamped now."""

@@ -6,22 +6,26 @@ The nodes have neither parameters nor a log topic: these took longer to make tha
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Collection, Iterable
-from typing import Any
 
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node.calls import Call
+from towtank_node.qos import RELIABLE_QOS
 
 from towtank_bringup.environment import NO_LOG_FILES
 
 SERVICE = "/measured/crank_drive/set_speed"
+STATE = "/measured/crank_drive/state"
+_SAME_RATE = 0.01  # rad/s; the board's steps are of a tenth of that
 _WAIT_S = 5.0
 _BESIDES_S = 1.0
-_REPEAT_S = 0.5
+_AGAIN_S = 0.5
 _POLL_S = 0.002
 
 
@@ -59,14 +63,15 @@ class CrankCalls:
         request = SetCrankSpeed.Request(
             action=getattr(SetCrankSpeed.Request, action), crank_rate=crank_rate
         )
-        # A call that is lost while the nodes still learn of one another would be waited for in
-        # vain. Twice stopped is stopped; what starts a crank is asked for once.
-        repeat_s = _WAIT_S if action == "RUN" else _REPEAT_S
+        # An answer that is lost while the nodes still learn of one another would be waited for in
+        # vain. Twice stopped is stopped; what starts a crank is asked for once, for a stop may come
+        # between, and then the drive's state tells.
+        again_s = math.inf if action == "RUN" else _AGAIN_S
         awaited = set(self._drives if insistent is None else insistent) - set(self._closed_ones)
         start = time.monotonic()
         while (waited := time.monotonic() - start) < _WAIT_S:
             open_ones = {
-                d for d, drive in self._drives.items() if not drive.attend(request, repeat_s)
+                d for d, drive in self._drives.items() if not drive.attend(request, again_s)
             }
             if not open_ones or (not open_ones & awaited and waited > _BESIDES_S):
                 break
@@ -98,33 +103,48 @@ class _Drive:
         self._client = self._node.create_client(SetCrankSpeed, SERVICE)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._asked_s = float("-inf")
-        self._answers: list[Any] = []
+        self._call: Call | None = None
+        self._runs = False
 
-    def attend(self, request: SetCrankSpeed.Request, repeat_s: float) -> bool:
-        """Do what can be done now; returns whether the drive has answered."""
-        now = time.monotonic()
-        answered = [answer for answer in self._answers if answer.done()]
-        if answered:
+    def attend(self, request: SetCrankSpeed.Request, again_s: float) -> bool:
+        """Do what can be done now; returns whether the drive has answered, or is seen to run."""
+        if self._call is None:
+            if not self._client.service_is_ready():
+                return False
+            if request.action == SetCrankSpeed.Request.RUN:
+                self._watch(request.crank_rate)
+            self._call = Call(self._client, request, again_s)
+        if self._call.answer() is not None or self._runs:
             return True
-        if now - self._asked_s >= repeat_s and self._client.service_is_ready():
-            self._answers.append(self._client.call_async(request))
-            self._asked_s = now
-        if self._answers:
-            self._executor.spin_once(timeout_sec=_POLL_S)
+        self._executor.spin_once(timeout_sec=_POLL_S)
         return False
 
     def refusal(self) -> str:
         """Why it has not done what was asked for; empty if it has."""
-        for answer in self._answers:
-            if answer.done():
-                return "" if answer.result().success else str(answer.result().message)
-        if self._answers:
-            return f"{SERVICE} does not answer in ROS domain {self._domain}: see the board's node"
+        if self._call is None:
+            return (
+                f"no {SERVICE} in ROS domain {self._domain} within {_WAIT_S:g} s: start a trial on "
+                "the board first"
+            )
+        if (answer := self._call.answer()) is not None:
+            return "" if answer.success else str(answer.message)
+        if self._runs:
+            return ""
         return (
-            f"no {SERVICE} in ROS domain {self._domain} within {_WAIT_S:g} s: start a trial on the "
-            "board first"
+            f"{SERVICE} does not answer in ROS domain {self._domain}: look at the crank, and see "
+            "the board's node"
         )
+
+    def _watch(self, rate: float) -> None:
+        """Look whether the crank runs at `rate`, rad/s, as it was asked to."""
+        from towtank_interfaces.msg import CrankDrive  # takes its time, and a stop needs it not
+
+        def on_state(state: CrankDrive) -> None:
+            self._runs = state.state == CrankDrive.RUNNING and math.isclose(
+                state.target_rate, rate, abs_tol=_SAME_RATE
+            )
+
+        self._node.create_subscription(CrankDrive, STATE, on_state, RELIABLE_QOS)
 
     def close(self) -> None:
         self._executor.shutdown()

@@ -17,7 +17,6 @@ import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from towtank_daq.adc_board_node import AdcBoardNode
@@ -26,6 +25,7 @@ from towtank_daq.framing import FrameReader, encode_frame
 from towtank_daq.serial_port import SerialPort
 from towtank_interfaces.msg import AdcScan, CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node.leading import LifecycleClient
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 
 ROOT = Path(__file__).parents[4]
@@ -384,13 +384,14 @@ def test_interrupt_in_the_run_leaves_an_idle_board(virtual_board, tmp_path, prot
         scans = []
         listener.create_subscription(AdcScan, "adc_scan", scans.append, SENSOR_QOS)
         # a name of its own: nodes of other tests in this process may still be there
-        client = listener.create_client(ChangeState, "/board/change_state")
-        assert client.wait_for_service(30.0)
+        leader = LifecycleClient(listener, "/board")
+        while not leader.is_ready():
+            rclpy.spin_once(listener, timeout_sec=0.1)
         for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
-            request = ChangeState.Request(transition=Transition(id=transition))
-            future = client.call_async(request)
-            rclpy.spin_until_future_complete(listener, future)
-            assert future.result().success
+            call = leader.transition(transition)
+            while call.outcome() is None:
+                rclpy.spin_once(listener, timeout_sec=0.1)
+            assert call.outcome()
         while not scans:
             rclpy.spin_once(listener, timeout_sec=0.1)
         process.send_signal(signal.SIGINT)

@@ -191,13 +191,14 @@ def test_zeroing_by_service(bench):
     refused = made.call_zero()
     assert not refused.success
     assert f"only 1 of {ZERO_SCANS} good scans" in refused.message
-    assert made.values()["state"] == "not ready"
+    assert (made.values()["state"], made.values()["zeroed"]) == ("not ready", "")
     for _ in range(ZERO_SCANS):
         made.send([bridge(0.012), 0, 0, 0, 0, 0])
     made.spin_until(lambda: made.values()["state"] == "ready")
     done = made.call_zero()
     assert done.success
     assert f"mean of {ZERO_SCANS} scans" in done.message
+    made.spin_until(lambda: made.values()["zeroed"] == done.message)  # where the answer gets lost
     depths.clear()
     made.send([bridge(0.012), 0, 0, 0, 0, 0])
     made.spin_until(lambda: depths)

@@ -35,6 +35,7 @@ class PressureNode(ScanNode):
         self._pressure.header.frame_id = self._depth.header.frame_id = sensor
         self._pressures = self.create_publisher(FluidPressure, "pressure", SENSOR_QOS)
         self._depths = self.create_publisher(Depth, "depth", SENSOR_QOS)
+        self._zeroed = ""
         self.create_service(Trigger, "~/zero", self._on_zero)
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
@@ -63,9 +64,13 @@ class PressureNode(ScanNode):
         if self._sensor.can_be_zeroed:
             self.ready()
 
+    def _details(self) -> dict[str, object]:
+        """Also how it was zeroed last: the service's answer may get lost."""
+        return {**super()._details(), "zeroed": self._zeroed}
+
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
-            response.message = self._sensor.zero()
+            self._zeroed = response.message = self._sensor.zero()
             response.success = True
             self.get_logger().info(response.message)
         except ZeroingError as error:

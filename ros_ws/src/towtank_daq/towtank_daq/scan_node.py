@@ -72,7 +72,7 @@ class ScanNode(Node, ABC):
     def take(self, scan: AdcScan, drive: Drive) -> None:
         """Publish what the sensor says in one scan."""
 
-    def _details(self) -> dict[str, int]:
+    def _details(self) -> dict[str, object]:
         return {
             "scans_missed": self._account.lost,
             **{f"health_{flag.names[0]}": count for flag, count in self._flagged.items()},

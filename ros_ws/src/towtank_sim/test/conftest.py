@@ -13,6 +13,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from towtank_node.calls import AGAIN_S, Call
 from towtank_rig import load_rig
 
 RIGS = Path(__file__).resolve().parents[4] / "hardware" / "rigs"
@@ -106,6 +107,12 @@ class Graph:
         messages: list = []
         self.probe.create_subscription(kind, topic, messages.append, qos)
         return messages
+
+    def call(self, client, request):
+        """Call a service of a node; returns its answer. One that got lost is asked for again."""
+        call = Call(client, request, AGAIN_S)
+        self.spin_until(lambda: call.answer() is not None, f"answer of {client.srv_name}")
+        return call.answer()
 
     def close(self) -> None:
         for node in self._nodes:

@@ -130,13 +130,10 @@ def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
     graph.spin_until(lambda: joints and client.service_is_ready(), "the plant")
 
     def set_drive(carriage_speed, crank_rate, ramp_time):
-        future = client.call_async(
-            SetDrive.Request(
-                carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
-            )
+        request = SetDrive.Request(
+            carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
         )
-        graph.spin_until(future.done, "the plant's answer")
-        return future.result()
+        return graph.call(client, request)
 
     refused = set_drive(math.nan, 0.0, 1.0)
     assert not refused.success
@@ -169,13 +166,8 @@ def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
         lambda: states and client.service_is_ready() and carriage.service_is_ready(), "the plant"
     )
 
-    def call(service, request):
-        future = service.call_async(request)
-        graph.spin_until(future.done, "the plant's answer")
-        return future.result()
-
     def ask(action, rate=0.0):
-        return call(client, SetCrankSpeed.Request(action=action, crank_rate=rate))
+        return graph.call(client, SetCrankSpeed.Request(action=action, crank_rate=rate))
 
     assert (states[-1].state, states[-1].trip) == (CrankDrive.STOPPED, CrankDrive.NONE)
     assert "give 5 to 60 rpm" in ask(SetCrankSpeed.Request.RUN, 7.0).message
@@ -187,13 +179,13 @@ def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
     assert CrankDrive.STOPPING in {state.state for state in states}
 
     request = SetDrive.Request(carriage_speed=0.5, crank_rate=2.0, ramp_time=0.5)
-    assert call(carriage, request).success
+    assert graph.call(carriage, request).success
     graph.spin_until(lambda: states[-1].crank_rate == 2.0, "the crank's speed")
     assert ask(SetCrankSpeed.Request.EMERGENCY_STOP).success
     graph.spin_until(lambda: states[-1].state == CrankDrive.TRIPPED, "the trip")
     assert states[-1].trip == CrankDrive.EMERGENCY_STOP
     assert "clear the trip" in ask(SetCrankSpeed.Request.RUN, 2.0).message
-    assert "clear the trip" in call(carriage, request).message
+    assert "clear the trip" in graph.call(carriage, request).message
     graph.spin_until(lambda: states[-1].crank_rate == 0.0, "rest")
     graph.spin_until(
         lambda: any(
