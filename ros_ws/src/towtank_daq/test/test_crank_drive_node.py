@@ -22,7 +22,6 @@ def node(description):
     process = rclpy.create_node("process")
     made = CrankDriveNode("", description, TrialClock(process))
     yield made
-    made.close()
     made.destroy_node()
     process.destroy_node()
     rclpy.try_shutdown()

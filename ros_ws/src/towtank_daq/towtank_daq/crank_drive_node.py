@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from concurrent.futures import TimeoutError as NotInTime
 
-from rclpy.node import Node
 from towtank_interfaces.msg import CrankDrive as CrankDriveMessage
 from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node.crank_node import CrankNode
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.qos import RELIABLE_QOS
-from towtank_node.quick_stop import QuickStop
 from towtank_node.trial_clock import TrialClock
 
 from towtank_daq.board import TRIP_ADVICE, BoardError, DriveState
@@ -32,7 +31,7 @@ _ACTIONS = {
 }
 
 
-class CrankDriveNode(Node):
+class CrankDriveNode(CrankNode):
     """The drive of the board that the process has, in that node's namespace."""
 
     def __init__(self, namespace: str, board: BoardDescription, clock: TrialClock) -> None:
@@ -48,15 +47,7 @@ class CrankDriveNode(Node):
         self.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
         self.diagnostics = NodeDiagnostics(self, _PERIOD_S, lambda: {"trip": self._trip}, clock)
         self.diagnostics.ready()
-        self._quick_stop: QuickStop | None = None
-        try:
-            self._quick_stop = QuickStop(
-                self.context.get_domain_id(), lambda: self._ask("emergency_stop")
-            )
-        except OSError as error:
-            self.get_logger().warning(
-                f"emergency stops come by the service only, not by the quick way: {error.strerror}"
-            )
+        self.heed(lambda: self._ask("emergency_stop"))
 
     def attend(self, drive: CrankDrive | None) -> None:
         """Pass the service's requests to a drive from now on, or refuse them."""
@@ -86,11 +77,6 @@ class CrankDriveNode(Node):
                 advice = TRIP_ADVICE.get(trip, "look at the drive, then clear the trip")
                 self.get_logger().error(f"{trip.replace('_', ' ')}: {advice}")
                 self.diagnostics.fail(f"{trip.replace('_', ' ')}: {advice}")
-
-    def close(self) -> None:
-        """Listen to no emergency stop any more."""
-        if self._quick_stop is not None:
-            self._quick_stop.close()
 
     def _on_set_speed(
         self, request: SetCrankSpeed.Request, response: SetCrankSpeed.Response

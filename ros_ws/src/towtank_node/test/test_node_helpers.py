@@ -23,10 +23,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from std_msgs.msg import UInt32
 from std_srvs.srv import Trigger
+from towtank_node.crank_node import CrankNode
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.executor import StreamExecutor
 from towtank_node.parameters import Parameter, ParameterError, read_parameters
 from towtank_node.qos import RELIABLE_QOS
+from towtank_node.quick_stop import quick_stop
 from towtank_node.stamps import SteadyTimes, ros_minus_monotonic_ns, set_stamp, stamp_ns
 from towtank_node.timers import create_steady_timer
 from towtank_node.trial_clock import TrialClock
@@ -350,3 +352,13 @@ def test_stamps_keep_every_nanosecond(time_ns):
     stamp = Time()
     set_stamp(stamp, time_ns)
     assert stamp_ns(stamp) == time_ns
+
+
+def test_a_crank_node_that_is_destroyed_listens_to_no_emergency_stop(context):
+    """Else the next one in the process would find the place taken."""
+    for _ in range(2):
+        node = CrankNode("crank_drive", context=context)
+        node.heed(lambda: "")
+        assert quick_stop(context.get_domain_id()) == ""
+        node.destroy_node()
+        assert quick_stop(context.get_domain_id()) is None

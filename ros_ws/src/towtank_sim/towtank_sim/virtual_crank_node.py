@@ -12,12 +12,11 @@ import queue
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotInTime
 
-from rclpy.node import Node
 from towtank_interfaces.msg import CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node.crank_node import CrankNode
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.qos import RELIABLE_QOS
-from towtank_node.quick_stop import QuickStop
 from towtank_node.stamps import set_stamp
 from towtank_node.trial_clock import TrialClock
 
@@ -31,7 +30,7 @@ _STANDING_NS = 1_000_000_000
 _ANSWER_S = 2.0
 
 
-class VirtualCrankNode(Node):
+class VirtualCrankNode(CrankNode):
     """Node /measured/crank_drive of a trial on the virtual tank."""
 
     def __init__(self, plant: Plant, clock: TrialClock) -> None:
@@ -52,18 +51,7 @@ class VirtualCrankNode(Node):
         )
         self._diagnostics.ready()
         self._stops: queue.SimpleQueue[Future[None]] = queue.SimpleQueue()
-        self._quick_stop: QuickStop | None = None
-        try:
-            self._quick_stop = QuickStop(self.context.get_domain_id(), self._stop_quickly)
-        except OSError as error:
-            self.get_logger().warning(
-                f"emergency stops come by the service only, not by the quick way: {error.strerror}"
-            )
-
-    def close(self) -> None:
-        """Listen to no emergency stop any more."""
-        if self._quick_stop is not None:
-            self._quick_stop.close()
+        self.heed(self._stop_quickly)
 
     def _stop_quickly(self) -> str:
         """From the quick stop's thread: the plant's own does it, at its next state."""
