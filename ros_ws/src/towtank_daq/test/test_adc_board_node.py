@@ -568,3 +568,27 @@ def test_a_step_of_the_hosts_clock_does_no_harm(graph, virtual_board, tmp_path, 
     for a, b in itertools.pairwise(zip(stamps, numbers, strict=True)):
         # To what the map from board to host time moves in a round
         assert b[0] - a[0] == pytest.approx(10e6 * (b[1] - a[1]), abs=2e6)
+
+
+@pytest.mark.real_time
+@pytest.mark.timeout(60)
+def test_a_fault_in_the_serial_thread_is_told_and_stops_the_crank(graph, tmp_path):
+    """Whatever it is. Nothing would serve the drive any more, and nobody would know."""
+    start_board(tmp_path, "--crank-motor")
+    made = graph(tmp_path / "board")
+    made.node.trigger_configure()
+    made.node.trigger_activate()
+    driver, told = made.node._driver, []
+    drive = driver.drive
+    driver.drive = lambda action, *speed: (told.append(action), drive(action, *speed))
+    asked = made.node._drive.ask("run", 10.0 * 2 * math.pi / 60)
+    made.spin_until(asked.done)
+
+    def fail(scan):
+        raise ZeroDivisionError("a mistake of ours")
+
+    driver._on_scan = fail
+    made.spin_until(lambda: made.state == State.PRIMARY_STATE_UNCONFIGURED)
+    assert "fault in the board's node" in made.node._failure
+    assert "a mistake of ours" in made.node._failure
+    assert told[-1] == "stop"

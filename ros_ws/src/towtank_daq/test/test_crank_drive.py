@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from towtank_daq.board import BoardError
+from towtank_daq.board import BoardError, NoAnswer
 from towtank_daq.crank_drive import RPM, CrankDrive
 
 
@@ -16,6 +16,7 @@ class Board:
     def __init__(self) -> None:
         self.told: list[tuple] = []
         self.error: Exception | None = None
+        self.lost: list[Exception] = []  # told all the same
         self.on_drive = lambda: None
         self.statistics = SimpleNamespace(restarts=0, reconnections=0)
         self.drive_state = SimpleNamespace(trip="none")
@@ -24,6 +25,8 @@ class Board:
         if self.error:
             raise self.error
         self.told.append((action, speed_rpm, counts_per_revolution))
+        if self.lost:
+            raise self.lost.pop()
         on_drive, self.on_drive = self.on_drive, lambda: None
         on_drive()
 
@@ -229,3 +232,25 @@ def test_a_trip_is_not_told_again_by_the_state_that_was_there_before_it_was_clea
     host.board.drive_state = SimpleNamespace(trip="stall")  # the next one
     host.pass_time(0.1)
     assert host.drive.trip == "stall"
+
+
+@pytest.mark.parametrize("error", [NoAnswer("nothing comes"), OSError("the port is gone")])
+def test_a_start_without_an_answer_is_followed_by_a_stop(host, error):
+    """It may have come, and only the answer was lost: the crank would start, asked for by nobody
+    who knows of it. No word to keep on follows, whatever becomes of the stop."""
+    host.board.lost = [error, error]
+    asked = host.drive.ask("run", 30 * RPM)
+    host.pass_time(2.0)
+    assert asked.exception() is error
+    assert [action for action, *_ in host.board.told] == ["run", "stop"]
+
+
+def test_a_refused_speed_leaves_a_running_crank_running(host):
+    host.drive.ask("run", 30 * RPM)
+    host.pass_time(0.1)
+    host.board.lost = [BoardError("give 5 to 60 rpm")]
+    host.drive.ask("run", 61 * RPM)
+    host.pass_time(0.5)
+    actions = [action for action, *_ in host.board.told]
+    assert actions[:3] == ["run", "run", "keep"]
+    assert "stop" not in actions

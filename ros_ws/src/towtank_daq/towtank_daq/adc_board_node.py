@@ -12,11 +12,13 @@ can be configured again.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import statistics
 import sys
 import threading
 import time
+import traceback
 
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
@@ -225,8 +227,13 @@ class AdcBoardNode(ManagedNode):
             while not self._ending.is_set():
                 self._board.poll(_POLL_S)
                 self._drive.serve(self._board)
-        except _FAILURES as error:
+        except Exception as error:  # noqa: BLE001 - nobody else would serve the crank
             self._failure = str(error)
+            if not isinstance(error, _FAILURES):
+                self.get_logger().error(traceback.format_exc())
+                self._failure = f"fault in the board's node, see its log: {error!r}"
+            with contextlib.suppress(Exception):  # the fault again; the stop is sent before that
+                self._drive.release(self._board)
             self._failed.trigger()
 
     def _publish(self, scan: Scan) -> None:

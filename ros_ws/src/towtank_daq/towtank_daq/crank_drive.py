@@ -12,6 +12,7 @@ on without it.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import queue
 import time
@@ -19,7 +20,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 
-from towtank_daq.board import TRIP_ADVICE, AdcBoard, BoardError, DriveState
+from towtank_daq.board import TRIP_ADVICE, AdcBoard, BoardError, DriveState, NoAnswer
 
 RPM = 2.0 * math.pi / 60.0
 """One revolution per minute, rad/s."""
@@ -126,9 +127,17 @@ class CrankDrive:
                 if request.action == "clear_trip":
                     self.trip, self._told = "none", board.drive_state  # which still has it
         except (BoardError, OSError) as error:
+            if request.action == "run" and isinstance(error, (NoAnswer, OSError)):
+                self._stop_what_may_have_started(board)
             request.done.set_exception(error)
         else:
             request.done.set_result(None)
+
+    def _stop_what_may_have_started(self, board: AdcBoard) -> None:
+        """After a `run` without an answer: it may have come, and only the answer was lost."""
+        self._wanted = False
+        with contextlib.suppress(BoardError, OSError):  # the board stops for want of a word, too
+            board.drive("stop")
 
     def _note_trip(self, board: AdcBoard) -> None:
         """Note a trip when it is told, not again from the same word once it is cleared."""
