@@ -28,6 +28,7 @@ from towtank_bringup.run_file import (
 def runtime(monkeypatch, tmp_path) -> Path:
     """The user's runtime folder, alone on this machine."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr(run_file, "listens", lambda domain: False)  # not other tests' nodes
     places = run_file._places
     monkeypatch.setattr(
         run_file, "_places", lambda: [p for p in places() if p.is_relative_to(tmp_path)]
@@ -85,6 +86,24 @@ def test_a_dead_trial_is_passed_over_and_cleared_away(runtime, child):
     assert [trial.pid for trial in running_trials()] == [child.pid]
     child.kill()  # not waited for: a zombie is dead, too
     os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+    assert running_trials() == []
+    assert not path.exists()
+
+
+def test_a_trial_whose_process_was_killed_but_not_its_nodes_is_still_there(
+    runtime, child, monkeypatch
+):
+    """As under a launch file: its crank may turn, and the verbs must reach it."""
+    path = put(runtime, led_by(child))
+    child.kill()
+    child.wait()
+    listening = {8}
+    monkeypatch.setattr(run_file, "listens", lambda domain: domain in listening)
+    assert [trial.domain for trial in running_trials()] == [8]
+    assert path.exists()
+    with announced(Path("/trials/c"), 8, True) as later:  # whose nodes they are then
+        assert running_trials() == [later]
+    listening.clear()
     assert running_trials() == []
     assert not path.exists()
 

@@ -4,7 +4,9 @@
 A trial takes a ROS domain of its own, which nobody else could know. While it runs, a file says in
 which domain, so that a command from another terminal finds the trial's graph. It is written whole
 or not at all and removed at the trial's end; the file of a trial that was killed is known by its
-process, which is not there any more, and is passed over and cleared away.
+process, which is not there any more, and is passed over and cleared away. A trial whose process was
+killed but not its nodes, as under a launch file, still counts: its crank may turn, and the verbs
+must reach it.
 
 It is written in every place there is: another terminal may have another environment, and systemd
 removes a user's runtime folder at the last logout, while a trial under nohup goes on.
@@ -25,6 +27,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+
+from towtank_node.quick_stop import listens
 
 from towtank_bringup.ros_domain import HIGHEST_DOMAIN
 
@@ -108,6 +112,10 @@ class RunningTrial:
         """Whether the process that leads it is still there, be it hung or halted."""
         return self.boot == _boot() and _process_start(self.pid) == self.process_start
 
+    def is_orphaned(self) -> bool:
+        """Whether that process is gone, but a node that drives a crank listens in its domain."""
+        return self.boot == _boot() and not self.lives() and listens(self.domain)
+
     def __str__(self) -> str:
         tank = "virtual tank" if self.on_virtual_tank else "real board"
         return f"{self.directory} ({tank}, ROS domain {self.domain}, since {self.started})"
@@ -131,7 +139,10 @@ def running_trials() -> list[RunningTrial]:
     for place in _places():
         with contextlib.suppress(OSError, RunFileError), _opened(place) as folder:
             found.update({trial.file_name: trial for trial in _read(folder)})
-    return sorted(found.values(), key=lambda trial: trial.started)
+    # Of those in one domain, whose nodes are of one of them, the one that is led counts
+    led = {trial.domain for trial in found.values() if trial.lives()}
+    left = [trial for trial in found.values() if trial.lives() or trial.domain not in led]
+    return sorted(left, key=lambda trial: trial.started)
 
 
 def choose_trial(
@@ -242,7 +253,7 @@ def _write_atomically(folder: int, trial: RunningTrial) -> None:
 
 
 def _read(folder: int) -> Iterator[RunningTrial]:
-    """The trials of a folder's files that live; those of dead ones are removed."""
+    """The trials of a folder's files that live, be it their nodes; those of dead ones go."""
     for name in os.listdir(folder):
         if not _NAME.fullmatch(name):
             continue
@@ -250,7 +261,7 @@ def _read(folder: int) -> Iterator[RunningTrial]:
             trial = RunningTrial.from_text(_contents(folder, name))
             if trial.file_name != name or trial.uid != os.geteuid():
                 continue
-            if trial.lives():
+            if trial.lives() or trial.is_orphaned():
                 yield trial
             else:
                 os.unlink(name, dir_fd=folder)

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 from towtank_node import quick_stop as module
-from towtank_node.quick_stop import QuickStop, quick_stop
+from towtank_node.quick_stop import QuickStop, listens, quick_stop
 
 DOMAIN = 100_000
 """There is no such ROS domain, so that no crank of this machine listens there."""
@@ -46,6 +46,17 @@ def test_where_nobody_listens_it_is_known_at_once(listening):
     listening(lambda: "")  # the name is free again
     assert quick_stop(DOMAIN) == ""
     assert quick_stop(DOMAIN + 1) is None
+
+
+def test_that_one_listens_is_seen_without_a_stop(listening):
+    calls = []
+    assert not listens(DOMAIN)
+    made = listening(lambda: calls.append("stop") or "")
+    assert listens(DOMAIN)
+    assert not listens(DOMAIN // 10)  # a part of the number is another domain
+    made.close()
+    assert not listens(DOMAIN)
+    assert calls == []
 
 
 def test_a_second_one_in_a_domain_is_refused(listening):
