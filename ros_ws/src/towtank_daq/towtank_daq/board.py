@@ -1030,8 +1030,8 @@ TRIP_ADVICE = {
     "overload": "the crank does not reach its speed: check load, motor supply and whether the "
     "encoder slips, then clear the trip",
     "runaway": "the crank turns although the board gives its motor no power: cut the motor's "
-    "supply at the main switch, find the fault (a shorted motor driver, a tow that drives the "
-    "crank), then clear the trip",
+    "supply at the main switch, see what turns it (a shorted motor driver, a tow that drives it, a "
+    "hand), then clear the trip",
 }
 """What to do about a trip of the drive, by its name in board.yaml."""
 
