@@ -159,6 +159,14 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
     added_coupling_ = body.added_mass.bottomLeftCorner<3, 3>();
     added_inertia_ = body.added_mass.bottomRightCorner<3, 3>();
     coupled_ = !added_coupling_.isZero(0.0);
+    for (const Mat3* drag : {&body.drag_area, &body.turning_drag}) {
+        require(drag->allFinite() && drag->isApprox(drag->transpose(), 1e-9) &&
+                    Eigen::SelfAdjointEigenSolver<Mat3>(*drag).eigenvalues().minCoeff() >= -1e-9 * drag->norm(),
+                "drag_area and turning_drag must be symmetric and without negative eigenvalues");
+    }
+    bluff_drag_ = 0.5 * water.density * body.drag_area;
+    bluff_turning_drag_ = 0.5 * water.density * body.turning_drag;
+    bluff_ = !(body.drag_area.isZero(0.0) && body.turning_drag.isZero(0.0));
     ahead_.resize(fins_.size());
     for (const Downwash& downwash : body.downwash) {
         const int count = static_cast<int>(fins_.size());
@@ -182,10 +190,11 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
 }
 
 double BodyForce::drag_area() const {
-    if (!hull_table_) return body_.axial_drag * 0.25 * std::numbers::pi * body_.diameter * body_.diameter;
+    const double own = body_.drag_area(0, 0);
+    if (!hull_table_) return own + body_.axial_drag * 0.25 * std::numbers::pi * body_.diameter * body_.diameter;
     HullTableForce::Coefficients c, c_attack, c_sideslip;
     hull_table_->interpolate(0.0, 0.0, c, c_attack, c_sideslip);
-    return c[0] * body_.hull_table->area;
+    return own + c[0] * body_.hull_table->area;
 }
 
 void BodyForce::turn_by_downwash(std::size_t rear, const Vec3& v, const Vec3& w, Vec3& flow, Mat3& change_v,
@@ -338,6 +347,18 @@ void BodyForce::evaluate(const Water& water, const std::vector<WaterMotion>& alo
         hull_moment += table_moment;
         s.force_v += wet * table_force_v;
         s.moment_v += wet * table_moment_v;
+    }
+    if (bluff_) {
+        const double speed = v.norm();
+        const double spin_speed = w.norm();
+        const Vec3 drag = bluff_drag_ * v;
+        const Vec3 turning_drag = bluff_turning_drag_ * w;
+        hull_force -= speed * drag;
+        hull_moment -= spin_speed * turning_drag;
+        s.force_v -= wet * speed * bluff_drag_;
+        s.moment_w -= wet * spin_speed * bluff_turning_drag_;
+        if (speed > 0.0) s.force_v -= (wet / speed) * drag * v.transpose();
+        if (spin_speed > 0.0) s.moment_w -= (wet / spin_speed) * turning_drag * w.transpose();
     }
     s.force += wet * hull_force;
     s.moment += wet * hull_moment;

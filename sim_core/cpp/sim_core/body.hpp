@@ -29,6 +29,10 @@ struct Body {
     Mat6 added_mass = Mat6::Zero();
     double axial_drag = 0.0;                    ///< coefficient on the frontal area π d²/4
     double cross_flow_drag = 0.0;               ///< coefficient on d·dx of each strip
+    /// Drag of what is neither hull nor fins, symmetric, body axes: force ½ρ |u| A u at the origin with the water's
+    /// velocity u past it (A = Cd·A, m²), moment −½ρ |ω| B ω (m⁵).
+    Mat3 drag_area = Mat3::Zero();
+    Mat3 turning_drag = Mat3::Zero();
     /// Share of the convective part of the added-mass wrench, from 0 to 1. At 1 Kirchhoff's equations
     /// hold in full, Munk moment included. At 0 the added mass resists acceleration
     /// in tank axes and nothing else (Morison's form): neither the Munk moment nor the forces that come with it.
@@ -82,7 +86,7 @@ class BodyForce {
 
     const Body& body() const { return body_; }
 
-    /// Cd A (m²) of the hull in flow along its axis.
+    /// Cd A (m²) of the body in flow along its axis, fins left out.
     double drag_area() const;
 
   private:
@@ -97,6 +101,8 @@ class BodyForce {
     std::optional<HullTableForce> hull_table_;
     Mat3 added_mass_, added_coupling_, added_inertia_;  ///< M, D, J of Body::added_mass
     bool coupled_;                                      ///< D is not zero
+    bool bluff_;                                        ///< it has a drag_area or a turning_drag
+    Mat3 bluff_drag_, bluff_turning_drag_;              ///< ½ρ A and ½ρ B
     double strip_length_;
     double strip_drag_;      ///< ½ρ Cd d Δx, N/(m/s)²
     double displaced_mass_;  ///< kg of water, immersed

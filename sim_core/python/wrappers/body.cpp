@@ -103,6 +103,8 @@ added_mass: about the origin, its diagonal (x, y, z in kg, roll, pitch, yaw in k
 (hull_added_mass() and fin_added_mass() make one);
 axial_drag: coefficient on π d²/4; cross_flow_drag: coefficient on the side area, integrated over `strips` strips
 with the local cross-flow (which gives pitch and yaw damping);
+drag_area: Cd·A in m² of what is neither hull nor fins, along the body axes or a symmetric (3, 3) matrix A: a force
+½ρ |u| A u at the origin; turning_drag: m⁵, likewise B: a moment −½ρ |ω| B ω;
 munk_moment: 0 … 1, the share of the convective part of the added-mass wrench. 1: Kirchhoff's equations, whose
 added mass brings the Munk moment with it. 0: added mass resists acceleration only (Morison's form), neither
 the Munk moment nor the forces that belong to it.
@@ -116,7 +118,8 @@ places: (3,) m in body axes by name, where sensors sit: see BodyHistory.at.)")
                double volume, const Triple& centre_of_buoyancy, double diameter, double length,
                const SquareArgument<6>& added_mass, double axial_drag, double cross_flow_drag, double munk_moment,
                const std::vector<Fin>& fins, int strips, const std::vector<Downwash>& downwash,
-               const std::optional<HullTable>& hull_table, const std::map<std::string, Triple>& places) {
+               const std::optional<HullTable>& hull_table, const std::map<std::string, Triple>& places,
+               const SquareArgument<3>& drag_area, const SquareArgument<3>& turning_drag) {
                 std::map<std::string, Vec3> at;
                 for (const auto& [name, place] : places) at[name] = to_vec3(place);
                 new (self) Body{mass,
@@ -129,6 +132,8 @@ places: (3,) m in body axes by name, where sensors sit: see BodyHistory.at.)")
                                 to_matrix<6>(added_mass),
                                 axial_drag,
                                 cross_flow_drag,
+                                to_matrix<3>(drag_area),
+                                to_matrix<3>(turning_drag),
                                 munk_moment,
                                 strips,
                                 fins,
@@ -140,7 +145,8 @@ places: (3,) m in body axes by name, where sensors sit: see BodyHistory.at.)")
             "centre_of_buoyancy"_a = Triple{}, "diameter"_a, "length"_a, "added_mass"_a = std::array<double, 6>{},
             "axial_drag"_a, "cross_flow_drag"_a, "munk_moment"_a = 1.0, "fins"_a = std::vector<Fin>{}, "strips"_a = 20,
             "downwash"_a = std::vector<Downwash>{}, "hull_table"_a = nb::none(),
-            "places"_a = std::map<std::string, Triple>{})
+            "places"_a = std::map<std::string, Triple>{}, "drag_area"_a = std::array<double, 3>{},
+            "turning_drag"_a = std::array<double, 3>{})
         .def_ro("mass", &Body::mass)
         .def_ro("inertia", &Body::inertia, "(3, 3) kg·m²")
         .def_ro("centre_of_gravity", &Body::centre_of_gravity)
@@ -151,6 +157,8 @@ places: (3,) m in body axes by name, where sensors sit: see BodyHistory.at.)")
         .def_ro("added_mass", &Body::added_mass, "(6, 6) kg, kg·m, kg·m²")
         .def_ro("axial_drag", &Body::axial_drag)
         .def_ro("cross_flow_drag", &Body::cross_flow_drag)
+        .def_ro("drag_area", &Body::drag_area, "(3, 3) m²")
+        .def_ro("turning_drag", &Body::turning_drag, "(3, 3) m⁵")
         .def_ro("munk_moment", &Body::munk_moment)
         .def_ro("strips", &Body::strips)
         .def_ro("fins", &Body::fins)
