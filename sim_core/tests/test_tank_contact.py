@@ -53,6 +53,48 @@ def test_sphere_rests_on_the_floor():
     assert simulator.contacts[-1].released == math.inf
 
 
+def test_sphere_rests_on_a_bed_by_its_section():
+    """N = κ A d with the modulus of subgrade reaction κ and A = π r²."""
+    mass, bed = 1.0, 3e5
+    tank = sc.Tank(floor=-2.0, bed_stiffness=bed)
+    state = sc.steady_tow(sphere_in(tank, sc.Water(), mass), position=(0, 0, 998.0))
+    weight = (mass - 1000.0 * VOLUME) * 9.81
+    depth = RADIUS - (state.point_position("sphere")[2] + 2.0)
+    assert depth == pytest.approx(weight / (bed * math.pi * RADIUS**2), rel=1e-5)
+
+
+def test_line_lies_on_a_bed_by_its_diameter():
+    """A level limp line: its weight w is carried at the depth w/(κ d), however it is cut."""
+    line = sc.LineProperties(
+        length=10.0, diameter=0.04, mass_per_length=8.0, axial_stiffness=1e6, added_mass=0.0
+    )
+    weight = 9.81 * (8.0 - 1000.0 * math.pi / 4 * 0.04**2)
+    depth = weight / (1e5 * 0.04)
+    ends = {"a": (0.0, 0.0, -5.0 + 0.02 - depth), "b": (10.0, 0.0, -5.0 + 0.02 - depth)}
+    for segments in (7, 20):
+        system = sc.System(
+            points={"a": sc.PrescribedPoint(), "b": sc.PrescribedPoint()},
+            lines={"line": sc.Line("a", "b", line, segments=segments)},
+            tank=sc.Tank(floor=-5.0, bed_stiffness=1e5),
+        )
+        state = sc.steady_tow(system.build(), position=ends)
+        assert state.node_positions("line")[:, 2] == pytest.approx(ends["a"][2], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "tank",
+    [
+        {"floor": -2.0},
+        {"width": 3.0, "bed_stiffness": 1e5},
+        {"floor": -2.0, "bed_stiffness": -1.0},
+        {"floor": -2.0, "bed_stiffness": math.nan},
+    ],
+)
+def test_a_side_without_stiffness_is_refused(tank):
+    with pytest.raises(sc.InvalidInput, match=r"tank: (bed_)?stiffness must"):
+        sc.Tank(**tank)
+
+
 @pytest.mark.parametrize(
     ("side", "normal"),
     [

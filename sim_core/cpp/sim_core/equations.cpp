@@ -202,7 +202,7 @@ void Equations::evaluate(const State& state) {
     }
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         const int site = m.contact_places[i].site;
-        contact_force(*m.tank, m.tank_sides, m.contact_places[i].radius, state.position[site], state.velocity[site],
+        contact_force(*m.tank, m.tank_sides, m.contact_places[i].size, state.position[site], state.velocity[site],
                       contacts_[i]);
         site_force_[site] += contacts_[i].force;
     }

@@ -114,18 +114,22 @@ void require_possible(const LineSection& section, const std::string& where) {
 void add_contact_places(Model& model, const Tank& tank) {
     model.tank = tank;
     model.tank_sides = tank_sides(tank);
-    std::vector<double> radius(static_cast<std::size_t>(model.free_sites), 0.0);
+    std::vector<ContactSize> sizes(static_cast<std::size_t>(model.free_sites), {0.0, 0.0});
     for (const Model::Point& point : model.points) {
-        if (!point.prescribed) radius[point.site] = std::cbrt(0.75 / std::numbers::pi * point.properties.volume);
+        if (point.prescribed) continue;
+        const double radius = std::cbrt(0.75 / std::numbers::pi * point.properties.volume);
+        sizes[point.site] = {radius, std::numbers::pi * radius * radius};
     }
     for (const Model::Segment& segment : model.segments) {
         for (const int site : segment.site) {
             if (!model.is_free(site)) continue;
-            radius[site] = std::max(radius[site], model.segment_constants[segment.constants].radius);
+            const SegmentConstants& c = model.segment_constants[segment.constants];
+            sizes[site].radius = std::max(sizes[site].radius, c.radius);
+            sizes[site].area += c.radius * c.length;  // d ℓ/2
         }
     }
     for (int site = 0; site < model.free_sites; ++site) {
-        model.contact_places.push_back({model.describe_block(site), site, radius[site]});
+        model.contact_places.push_back({model.describe_block(site), site, sizes[site]});
     }
     for (std::size_t b = 0; b < model.bodies.size(); ++b) {
         const Body& body = model.bodies[b].force.body();
@@ -133,7 +137,8 @@ void add_contact_places(Model& model, const Tank& tank) {
         const double reach = std::max(0.0, 0.5 * body.length - hull_radius);
         for (const auto& [part, x] : {std::pair("nose", reach), std::pair("middle", 0.0), std::pair("tail", -reach)}) {
             model.contact_places.push_back(
-                {"body '" + model.bodies[b].name + "' " + part, model.sites(), hull_radius});
+                {"body '" + model.bodies[b].name + "' " + part, model.sites(),
+                 {hull_radius, body.diameter * body.length / 3.0}});
             model.attachments.push_back({static_cast<int>(b), Vec3(x, 0.0, 0.0)});
         }
     }
@@ -481,7 +486,10 @@ Model ModelBuilder::build() const {
         mass += 2.0 * model.segment_constants[segment.constants].half_mass;
     }
     model.force_scale = mass * gravity;
-    if (tank_) model.stiffest_segment = std::max(model.stiffest_segment, tank_->stiffness);
+    for (const Model::ContactPlace& place : model.contact_places) {
+        model.stiffest_segment =
+            std::max(model.stiffest_segment, tank_->stiffness + tank_->bed_stiffness * place.size.area);
+    }
     model.fingerprint = 0xcbf29ce484222325ULL;
     for (const SegmentConstants& c : model.segment_constants) {
         model.stiffest_segment = std::max(model.stiffest_segment, c.axial_stiffness / c.length);

@@ -79,7 +79,7 @@ struct Model {
     struct ContactPlace {
         std::string name;
         int site;
-        double radius;  ///< m
+        ContactSize size;
     };
 
     Water water;

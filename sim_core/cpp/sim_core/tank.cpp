@@ -23,7 +23,10 @@ double depth_behind(const TankSide& side, double radius, const Vec3& position) {
 }  // namespace
 
 std::vector<TankSide> tank_sides(const Tank& tank) {
-    require(tank.stiffness > 0.0 && std::isfinite(tank.stiffness), "stiffness must be above 0 N/m");
+    require(tank.stiffness >= 0.0 && std::isfinite(tank.stiffness), "stiffness must not be below 0 N/m");
+    require(tank.bed_stiffness >= 0.0 && std::isfinite(tank.bed_stiffness), "bed_stiffness must not be below 0 Pa/m");
+    require(tank.stiffness > 0.0 || (tank.bed_stiffness > 0.0 && !tank.width && !tank.ends),
+            "stiffness must be above 0 N/m, but for a floor alone with a bed_stiffness");
     require(tank.damping >= 0.0 && std::isfinite(tank.damping), "damping must not be below 0 s/m");
     require(tank.friction >= 0.0 && std::isfinite(tank.friction), "friction must not be below 0");
     require(tank.onset > 0.0 && std::isfinite(tank.onset), "onset must be above 0 m");
@@ -31,41 +34,42 @@ std::vector<TankSide> tank_sides(const Tank& tank) {
     std::vector<TankSide> sides;
     if (tank.floor) {
         require(std::isfinite(*tank.floor), "floor must be finite");
-        sides.push_back({"floor", Vec3::UnitZ(), *tank.floor});
+        sides.push_back({"floor", Vec3::UnitZ(), *tank.floor, tank.bed_stiffness});
     }
     if (tank.width) {
         require(*tank.width > 0.0 && std::isfinite(*tank.width), "width must be above 0 m");
-        sides.push_back({"port wall", -Vec3::UnitY(), -0.5 * *tank.width});
-        sides.push_back({"starboard wall", Vec3::UnitY(), -0.5 * *tank.width});
+        sides.push_back({"port wall", -Vec3::UnitY(), -0.5 * *tank.width, 0.0});
+        sides.push_back({"starboard wall", Vec3::UnitY(), -0.5 * *tank.width, 0.0});
     }
     if (tank.ends) {
         const auto [aft, forward] = *tank.ends;
         require(std::isfinite(aft) && std::isfinite(forward) && aft < forward,
                 "ends must be the aft and the forward one");
-        sides.push_back({"aft end", Vec3::UnitX(), aft});
-        sides.push_back({"forward end", -Vec3::UnitX(), -forward});
+        sides.push_back({"aft end", Vec3::UnitX(), aft, 0.0});
+        sides.push_back({"forward end", -Vec3::UnitX(), -forward, 0.0});
     }
     return sides;
 }
 
-void contact_force(const Tank& tank, const std::vector<TankSide>& sides, double radius, const Vec3& position,
+void contact_force(const Tank& tank, const std::vector<TankSide>& sides, const ContactSize& size, const Vec3& position,
                    const Vec3& velocity, ContactForce& contact) {
     contact.force.setZero();
     contact.position.setZero();
     contact.velocity.setZero();
     for (const TankSide& side : sides) {
         const Vec3& n = side.normal;
-        const double depth = depth_behind(side, radius, position);
+        const double depth = depth_behind(side, size.radius, position);
         if (depth <= -tank.onset) continue;
         const double speed = n.dot(velocity);
         const double damping = 1.0 - tank.damping * speed;
         if (damping <= 0.0) continue;
-        double spring = tank.stiffness * depth;
-        double spring_slope = tank.stiffness;
+        const double stiffness = tank.stiffness + side.bed_stiffness * size.area;
+        double spring = stiffness * depth;
+        double spring_slope = stiffness;
         if (depth < tank.onset) {
             const double within = depth + tank.onset;
-            spring = tank.stiffness * within * within / (4.0 * tank.onset);
-            spring_slope = tank.stiffness * within / (2.0 * tank.onset);
+            spring = stiffness * within * within / (4.0 * tank.onset);
+            spring_slope = stiffness * within / (2.0 * tank.onset);
         }
         const double push = spring * damping;
         const Eigen::RowVector3d push_x = -spring_slope * damping * n.transpose();
@@ -94,7 +98,7 @@ void ContactWatch::look(const State& state) {
         const std::size_t place = i / sides;
         const std::size_t side = i % sides;
         const Vec3& position = state.position[model.contact_places[place].site];
-        const bool touches = depth_behind(model.tank_sides[side], model.contact_places[place].radius, position) > 0.0;
+        const bool touches = depth_behind(model.tank_sides[side], model.contact_places[place].size.radius, position) > 0.0;
         if (touches == (open_[i] != kNone)) continue;
         if (!touches) {
             if (open_[i] != kLost) events_[static_cast<std::size_t>(open_[i])].released = state.time;

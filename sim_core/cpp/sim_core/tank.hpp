@@ -25,6 +25,8 @@ struct Tank {
     std::optional<double> width;                    ///< m: walls at y = ± half of it
     std::optional<std::pair<double, double>> ends;  ///< x of the aft and the forward end wall, m
     double stiffness = 0.0;       ///< k, N/m, of each place that touches
+    /// Of the floor, Pa/m, in addition: the modulus of subgrade reaction, k per area that a place presses on it.
+    double bed_stiffness = 0.0;
     double damping = 0.0;         ///< a, s/m
     double friction = 0.0;        ///< μ
     double onset = 1e-3;          ///< m
@@ -36,10 +38,16 @@ struct TankSide {
     const char* name;
     Vec3 normal;
     double offset;  ///< m
+    double bed_stiffness;  ///< Pa/m
 };
 
 /// The sides that a tank has. Throws InvalidInput if the description is impossible.
 std::vector<TankSide> tank_sides(const Tank& tank);
+
+/// A sphere that may touch: its radius (m), and the area (m²) that it presses on a bed, that of the part which it stands for.
+struct ContactSize {
+    double radius, area;
+};
 
 /// What the tank does to a sphere, with its derivatives with respect to position and velocity.
 struct ContactForce {
@@ -47,7 +55,7 @@ struct ContactForce {
     Mat3 position, velocity;
 };
 
-void contact_force(const Tank& tank, const std::vector<TankSide>& sides, double radius, const Vec3& position,
+void contact_force(const Tank& tank, const std::vector<TankSide>& sides, const ContactSize& size, const Vec3& position,
                    const Vec3& velocity, ContactForce& contact);
 
 /// Something touched a side of the tank.

@@ -10,25 +10,28 @@ void bind_tank(nb::module_& module) {
 
 floor: z, m; width: m, walls at y = ±width/2; ends: x of the aft and the forward end wall, m.
 Nodes of lines, free points, and nose, middle and tail of hulls touch as spheres with the radius of what is there (a
-point's from its volume). At a depth d they are pushed with stiffness · d · (1 + damping · ḋ), never pulled (Hunt & Crossley
-1975): stiffness N/m, damping s/m; rounded off within ±onset (m) of d = 0. friction: Coulomb's coefficient, in full
+point's from its volume). At a depth d they are pushed with k · d · (1 + damping · ḋ), never pulled (Hunt & Crossley
+1975): damping s/m; rounded off within ±onset (m) of d = 0. k is stiffness, N/m, for each place alike; on the floor
+also bed_stiffness, Pa/m (the modulus of subgrade reaction), times the area that a place stands for: diameter times
+length of line, a sphere's section, a third of a hull's plan. friction: Coulomb's coefficient, in full
 from about sliding_speed (m/s) on. Fins do not touch. Raises InvalidInput.)")
         .def(
             "__init__",
             [](Tank* self, double stiffness, std::optional<double> floor, std::optional<double> width,
-               std::optional<std::pair<double, double>> ends, double damping, double friction, double onset,
-               double sliding_speed) {
-                const Tank tank{floor, width, ends, stiffness, damping, friction, onset, sliding_speed};
+               std::optional<std::pair<double, double>> ends, double bed_stiffness, double damping, double friction,
+               double onset, double sliding_speed) {
+                const Tank tank{floor, width, ends, stiffness, bed_stiffness, damping, friction, onset, sliding_speed};
                 (void)tank_sides(tank);  // validates
                 new (self) Tank(tank);
             },
-            nb::kw_only(), "stiffness"_a, "floor"_a = nb::none(), "width"_a = nb::none(), "ends"_a = nb::none(),
-            "damping"_a = Tank{}.damping, "friction"_a = Tank{}.friction, "onset"_a = Tank{}.onset,
+            nb::kw_only(), "stiffness"_a = Tank{}.stiffness, "floor"_a = nb::none(), "width"_a = nb::none(),
+            "ends"_a = nb::none(), "bed_stiffness"_a = Tank{}.bed_stiffness, "damping"_a = Tank{}.damping, "friction"_a = Tank{}.friction, "onset"_a = Tank{}.onset,
             "sliding_speed"_a = Tank{}.sliding_speed)
         .def_ro("stiffness", &Tank::stiffness)
         .def_ro("floor", &Tank::floor)
         .def_ro("width", &Tank::width)
         .def_ro("ends", &Tank::ends)
+        .def_ro("bed_stiffness", &Tank::bed_stiffness)
         .def_ro("damping", &Tank::damping)
         .def_ro("friction", &Tank::friction)
         .def_ro("onset", &Tank::onset)
