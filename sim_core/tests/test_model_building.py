@@ -68,7 +68,7 @@ def test_refuses_repeated_names():
 
 def test_refuses_what_hangs_on_nothing():
     b = builder()
-    with pytest.raises(ValueError, match="point 'end': no line holds it"):
+    with pytest.raises(ValueError, match="point 'end': no line or joint holds it"):
         b.build()
     with pytest.raises(ValueError, match="at least one prescribed point"):
         sc.ModelBuilder().build()

@@ -155,6 +155,9 @@ Balance::Stored Balance::stored(const State& state) {
         sum.elastic += bending_energy(spring.stiffness, middle - state.position[spring.site[0]],
                                       state.position[spring.site[2]] - middle);
     }
+    for (const Model::Joint& joint : m.joints) {
+        sum.elastic += 0.5 * joint.stiffness * (state.position[joint.site[1]] - state.position[joint.site[0]]).squaredNorm();
+    }
     for (const Model::Clamp& spring : m.clamps) {
         sum.elastic += bending_energy(spring.stiffness, state.clamp_direction(spring),
                                       state.position[spring.site[1]] - state.position[spring.site[0]]);

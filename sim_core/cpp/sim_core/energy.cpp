@@ -39,6 +39,9 @@ Energy energy(const State& state) {
         e.bending += bending_energy(spring.stiffness, middle - state.position[spring.site[0]],
                                     state.position[spring.site[2]] - middle);
     }
+    for (const Model::Joint& joint : model.joints) {
+        e.elastic += 0.5 * joint.stiffness * (state.position[joint.site[1]] - state.position[joint.site[0]]).squaredNorm();
+    }
     for (const Model::Clamp& spring : model.clamps) {
         e.bending += bending_energy(spring.stiffness, state.clamp_direction(spring),
                                     state.position[spring.site[1]] - state.position[spring.site[0]]);

@@ -110,6 +110,7 @@ Equations::Equations(std::shared_ptr<const Model> model)
       segments_(model_->segments.size()),
       bends_(model_->bends.size()),
       clamps_(model_->clamps.size()),
+      joint_pulls_(model_->joints.size()),
       points_(model_->points.size()),
       bodies_(model_->bodies.size()),
       probe_(model_->water),
@@ -192,6 +193,14 @@ void Equations::evaluate(const State& state) {
              spring);
         site_force_[site[0]] += spring.energy_slope[1];
         site_force_[site[1]] -= spring.energy_slope[1];
+    }
+    for (std::size_t i = 0; i < m.joints.size(); ++i) {
+        const int a = m.joints[i].site[0];
+        const int b = m.joints[i].site[1];
+        joint_pulls_[i] =
+            m.joints[i].pull(state.position[a], state.position[b], state.velocity[a], state.velocity[b]);
+        site_force_[a] += joint_pulls_[i];
+        site_force_[b] -= joint_pulls_[i];
     }
     for (std::size_t i = 0; i < m.points.size(); ++i) {
         if (m.points[i].prescribed) continue;
@@ -276,6 +285,10 @@ Vec3 Equations::hook_load(int prescribed_point) const {
         if (line.sites.front() == site) load += end_force(static_cast<int>(i), 0);
         if (line.sites.back() == site) load += end_force(static_cast<int>(i), 1);
     }
+    for (std::size_t i = 0; i < model_->joints.size(); ++i) {
+        if (model_->joints[i].site[0] == site) load += joint_pulls_[i];
+        if (model_->joints[i].site[1] == site) load -= joint_pulls_[i];
+    }
     return load;
 }
 
@@ -343,7 +356,7 @@ void Equations::assemble(const State& state, const Rates& rates) {
                                 water_at(segment.site[1]), s);
         }
         if (m.is_attached(segment.site[0]) || m.is_attached(segment.site[1])) {
-            add_attached_segment(state, static_cast<int>(i), rates);
+            add_attached_pair(state, segment.site, segment.slot, segments_[i].a.force, segments_[i].b.force, s, rates);
             continue;
         }
         for (int end = 0; end < 2; ++end) {
@@ -357,6 +370,7 @@ void Equations::assemble(const State& state, const Rates& rates) {
     }
 
     if (!m.bends.empty() || !m.clamps.empty()) add_bending(state, rates);
+    add_joints(state, rates);
     add_contacts(state, rates);
 
     for (std::size_t i = 0; i < m.points.size(); ++i) {
@@ -402,34 +416,50 @@ void Equations::hold_drums(const State& state) {
     }
 }
 
-void Equations::add_attached_segment(const State& state, int index, const Rates& rates) {
+void Equations::add_attached_pair(const State& state, const int (&site)[2], const int (&slot)[4][4],
+                                  const Vec3& force_a, const Vec3& force_b, const SegmentJacobian& s,
+                                  const Rates& rates) {
     const Model& m = *model_;
-    const Model::Segment& segment = m.segments[index];
-    const SegmentJacobian& s = segment_jacobian_;
     std::vector<Mat3>& J = solver_.blocks();
-    const Vec3* force[2] = {&segments_[index].a.force, &segments_[index].b.force};
+    const Vec3* force[2] = {&force_a, &force_b};
     AttachedEnd end[2];
     for (int i = 0; i < 2; ++i) {
-        if (m.is_attached(segment.site[i])) {
-            end[i] = attached_end(state, m.attachments[m.attachment_of(segment.site[i])], *force[i], rates);
+        if (m.is_attached(site[i])) {
+            end[i] = attached_end(state, m.attachments[m.attachment_of(site[i])], *force[i], rates);
         }
     }
     for (int row = 0; row < 2; ++row) {
-        const bool row_attached = m.is_attached(segment.site[row]);
+        const bool row_attached = m.is_attached(site[row]);
         for (int column = 0; column < 2; ++column) {
             const Mat3 own_acceleration = row == column ? s.acceleration[row] : Mat3(Mat3::Zero());
             const Mat3 translation = rates.position * s.position[row][column] + rates.velocity * s.velocity[row][column] +
                                      rates.acceleration * own_acceleration;
-            add(J, segment.slot, 2 * row, 2 * column, translation);
-            if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * column, end[row].arm * translation);
-            if (!m.is_attached(segment.site[column])) continue;
+            add(J, slot, 2 * row, 2 * column, translation);
+            if (row_attached) add(J, slot, 2 * row + 1, 2 * column, end[row].arm * translation);
+            if (!m.is_attached(site[column])) continue;
             const Mat3 rotation = s.position[row][column] * end[column].position +
                                   s.velocity[row][column] * end[column].velocity +
                                   own_acceleration * end[column].acceleration;
-            add(J, segment.slot, 2 * row, 2 * column + 1, rotation);
-            if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * column + 1, end[row].arm * rotation);
+            add(J, slot, 2 * row, 2 * column + 1, rotation);
+            if (row_attached) add(J, slot, 2 * row + 1, 2 * column + 1, end[row].arm * rotation);
         }
-        if (row_attached) add(J, segment.slot, 2 * row + 1, 2 * row + 1, end[row].moment_turn);
+        if (row_attached) add(J, slot, 2 * row + 1, 2 * row + 1, end[row].moment_turn);
+    }
+}
+
+void Equations::add_joints(const State& state, const Rates& rates) {
+    SegmentJacobian j;
+    for (Mat3& acceleration : j.acceleration) acceleration.setZero();
+    for (std::size_t i = 0; i < model_->joints.size(); ++i) {
+        const Model::Joint& joint = model_->joints[i];
+        for (int row = 0; row < 2; ++row) {
+            for (int column = 0; column < 2; ++column) {
+                const double sign = row == column ? -1.0 : 1.0;
+                j.position[row][column] = sign * joint.stiffness * Mat3::Identity();
+                j.velocity[row][column] = sign * joint.damping * Mat3::Identity();
+            }
+        }
+        add_attached_pair(state, joint.site, joint.slot, joint_pulls_[i], -joint_pulls_[i], j, rates);
     }
 }
 

@@ -63,7 +63,7 @@ class Equations {
     /// direction; with bending stiffness the part along the line there.
     double end_tension(int line, int end) const;
 
-    /// Sum of the end forces of the lines at a prescribed point, by its number, N, tank axes.
+    /// Sum of the end forces of the lines and joints at a prescribed point, by its number, N, tank axes.
     Vec3 hook_load(int prescribed_point) const;
 
     /// Bending moment (N·m) and curvature (1/m) at a node of a line.
@@ -83,7 +83,9 @@ class Equations {
 
   private:
     void ask_water(const State& state);
-    void add_attached_segment(const State& state, int segment, const Rates& rates);
+    void add_attached_pair(const State& state, const int (&site)[2], const int (&slot)[4][4], const Vec3& force_a,
+                           const Vec3& force_b, const SegmentJacobian& jacobian, const Rates& rates);
+    void add_joints(const State& state, const Rates& rates);
     void add_bending(const State& state, const Rates& rates);
     void add_contacts(const State& state, const Rates& rates);
     void follow_winches(const State& state);
@@ -99,6 +101,7 @@ class Equations {
     std::vector<SegmentCache> segments_;
     std::vector<BendingCache> bends_;
     std::vector<BendingCache> clamps_;
+    std::vector<Vec3> joint_pulls_;  ///< on the first place of each joint, N
     std::vector<PointCache> points_;  ///< those of prescribed points are unused
     std::vector<BodyJacobian> bodies_;
     WaterProbe probe_;

@@ -24,6 +24,7 @@ void ForcesByKind::evaluate(const Equations& equations, const State& state) {
     add_points(equations, state);
     add_bodies(equations, state);
     add_bending(state);
+    add_joints(state);
     find_other(equations, state);
 }
 
@@ -147,6 +148,20 @@ void ForcesByKind::add_bending(const State& state) {
         const int body = m.attachments[m.attachment_of(clamp.site[0])].body;
         elastic[state.body_entry(body) + 1] -=
             clamp.direction.cross(state.bodies[body].attitude.conjugate() * spring.energy_slope[0]);
+    }
+}
+
+void ForcesByKind::add_joints(const State& state) {
+    const Vec3 none = Vec3::Zero();
+    for (const Model::Joint& joint : state.model->joints) {
+        const int a = joint.site[0];
+        const int b = joint.site[1];
+        const Vec3 spring = joint.pull(state.position[a], state.position[b], none, none);
+        const Vec3 dashpot = joint.pull(none, none, state.velocity[a], state.velocity[b]);
+        at(ForceKind::elastic)[a] += spring;
+        at(ForceKind::elastic)[b] -= spring;
+        at(ForceKind::damping)[a] += dashpot;
+        at(ForceKind::damping)[b] -= dashpot;
     }
 }
 

@@ -44,6 +44,7 @@ class ForcesByKind {
     void add_points(const Equations& equations, const State& state);
     void add_bodies(const Equations& equations, const State& state);
     void add_bending(const State& state);
+    void add_joints(const State& state);
     void find_other(const Equations& equations, const State& state);
 
     std::array<std::vector<Vec3>, kForceKinds> forces_;

@@ -308,14 +308,7 @@ void ModelBuilder::add_line(const std::string& name, const LineEnd& start, const
     LineEntry line{name, {start, end}, sections, {}};
     for (int i = 0; i < 2; ++i) {
         LineEnd& held = line.ends[i];
-        require(has_point(held.at) || has_body(held.at), where,
-                ("its end '" + held.at + "' is neither a point nor a body").c_str());
-        const std::string attachment = i == 0 ? "start_attachment" : "attachment";
-        if (has_body(held.at)) {
-            require(held.attachment.has_value(), where, (attachment + " is needed at a body").c_str());
-        } else {
-            require(!held.attachment.has_value(), where, (attachment + " is only for an end at a body").c_str());
-        }
+        require_end(held, i == 0, where);
         if (!held.direction) continue;
         const std::string direction = i == 0 ? "start_direction" : "end_direction";
         const LineSection& section = i == 0 ? sections.front() : sections.back();
@@ -330,6 +323,29 @@ void ModelBuilder::add_line(const std::string& name, const LineEnd& start, const
         held.direction->normalize();
     }
     lines_.push_back(line);
+}
+
+void ModelBuilder::require_end(const LineEnd& end, bool first, const std::string& where) const {
+    require(has_point(end.at) || has_body(end.at), where,
+            ("its end '" + end.at + "' is neither a point nor a body").c_str());
+    const std::string attachment = first ? "start_attachment" : "attachment";
+    if (has_body(end.at)) {
+        require(end.attachment.has_value(), where, (attachment + " is needed at a body").c_str());
+    } else {
+        require(!end.attachment.has_value(), where, (attachment + " is only for an end at a body").c_str());
+    }
+}
+
+void ModelBuilder::add_joint(const std::string& name, const LineEnd& start, const LineEnd& end, double stiffness,
+                             double damping) {
+    const std::string where = "joint '" + name + "'";
+    require(!contains(joints_, name), where, "a joint of this name exists already");
+    require(start.at != end.at, where, "it joins a part to itself");
+    require_end(start, true, where);
+    require_end(end, false, where);
+    require(stiffness > 0.0 && std::isfinite(stiffness), where, "stiffness must be above 0 N/m");
+    require(damping >= 0.0 && std::isfinite(damping), where, "damping must not be below 0 N s/m");
+    joints_.push_back({name, {start, end}, stiffness, damping});
 }
 
 void ModelBuilder::set_tank(const Tank& tank) {
@@ -377,6 +393,11 @@ Model ModelBuilder::build() const {
     }
     require(model.prescribed_sites > 0, "model", "there must be at least one prescribed point");
 
+    const auto end_site = [&](const LineEnd& end) {
+        if (has_point(end.at)) return model.points[model.point_index(end.at)].site;
+        model.attachments.push_back({model.body_index(end.at), *end.attachment});
+        return model.sites() - 1;
+    };
     int next_inner = 0;
     for (const PointEntry& point : points_) next_inner += point.prescribed ? 0 : 1;
     for (const LineEntry& entry : lines_) {
@@ -387,11 +408,6 @@ Model ModelBuilder::build() const {
             line.segments += section.segments;
             weight += section.properties.mass_per_length * section.properties.length * gravity;
         }
-        const auto end_site = [&](const LineEnd& end) {
-            if (has_point(end.at)) return model.points[model.point_index(end.at)].site;
-            model.attachments.push_back({model.body_index(end.at), *end.attachment});
-            return model.sites() - 1;
-        };
         line.sites.push_back(end_site(entry.ends[0]));
         for (int i = 1; i < line.segments; ++i) line.sites.push_back(next_inner++);
         line.sites.push_back(end_site(entry.ends[1]));
@@ -412,6 +428,13 @@ Model ModelBuilder::build() const {
                                                line.first_segment, *entry.paid_out));
         }
         model.lines.push_back(std::move(line));
+    }
+
+    for (const JointEntry& entry : joints_) {
+        Model::Joint joint{entry.name, {entry.ends[0], entry.ends[1]}, entry.stiffness, entry.damping, {}, {}};
+        for (int i = 0; i < 2; ++i) joint.site[i] = end_site(entry.ends[i]);
+        model.stiffest_segment = std::max(model.stiffest_segment, joint.stiffness);
+        model.joints.push_back(joint);
     }
 
     if (tank_) add_contact_places(model, *tank_);
@@ -438,6 +461,7 @@ Model ModelBuilder::build() const {
         for (Model::Segment& segment : model.segments) visit(segment);
         for (Model::Bend& spring : model.bends) visit(spring);
         for (Model::Clamp& spring : model.clamps) visit(spring);
+        for (Model::Joint& joint : model.joints) visit(joint);
     };
     visit_elements([&](const auto& element) {
         const auto blocks = blocks_of(element.site);
@@ -457,7 +481,7 @@ Model ModelBuilder::build() const {
         }
     });
 
-    // Everything must hang on a prescribed point through lines
+    // Everything must hang on a prescribed point through lines and joints
     std::vector<bool> held(model.sites() + model.bodies.size(), false);
     const auto vertex = [&](int site) {
         return model.is_attached(site) ? model.sites() + model.attachments[model.attachment_of(site)].body : site;
@@ -465,18 +489,18 @@ Model ModelBuilder::build() const {
     for (int i = 0; i < model.prescribed_sites; ++i) held[model.free_sites + i] = true;
     for (bool grew = true; grew;) {
         grew = false;
-        for (const Model::Line& line : model.lines) {
-            const int start = vertex(line.sites.front());
-            const int end = vertex(line.sites.back());
-            if (held[start] != held[end]) held[start] = held[end] = grew = true;
-        }
+        const auto join = [&](int start, int end) {
+            if (held[vertex(start)] != held[vertex(end)]) held[vertex(start)] = held[vertex(end)] = grew = true;
+        };
+        for (const Model::Line& line : model.lines) join(line.sites.front(), line.sites.back());
+        for (const Model::Joint& joint : model.joints) join(joint.site[0], joint.site[1]);
     }
     for (const Model::Point& point : model.points) {
-        require(held[point.site], "point '" + point.name + "'", "no line holds it to a prescribed point");
+        require(held[point.site], "point '" + point.name + "'", "no line or joint holds it to a prescribed point");
     }
     for (std::size_t b = 0; b < model.bodies.size(); ++b) {
         require(held[model.sites() + b], "body '" + model.bodies[b].name + "'",
-                "no line holds it to a prescribed point");
+                "no line or joint holds it to a prescribed point");
     }
 
     double mass = 0.0;
@@ -501,6 +525,9 @@ Model ModelBuilder::build() const {
     }
     for (const Model::Line& line : model.lines) {
         for (const int site : line.sites) hash(model.fingerprint, static_cast<std::uint64_t>(site));
+    }
+    for (const Model::Joint& joint : model.joints) {
+        for (const int site : joint.site) hash(model.fingerprint, static_cast<std::uint64_t>(site));
     }
     for (const int count : {model.free_sites, model.prescribed_sites, model.sites(), model.blocks()}) {
         hash(model.fingerprint, static_cast<std::uint64_t>(count));

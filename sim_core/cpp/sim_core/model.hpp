@@ -75,6 +75,21 @@ struct Model {
         int slot[4][4];
     };
 
+    /// Ball joint: a stiff spring and a dashpot between two places, which may both turn about it.
+    struct Joint {
+        std::string name;
+        LineEnd ends[2];   ///< as they were described
+        double stiffness;  ///< N/m
+        double damping;    ///< N·s/m
+        int site[2];
+        int slot[4][4];
+
+        /// What it pulls the first place with, N.
+        Vec3 pull(const Vec3& position_a, const Vec3& position_b, const Vec3& velocity_a, const Vec3& velocity_b) const {
+            return stiffness * (position_b - position_a) + damping * (velocity_b - velocity_a);
+        }
+    };
+
     /// What may touch the tank, as a sphere.
     struct ContactPlace {
         std::string name;
@@ -91,6 +106,7 @@ struct Model {
     std::vector<SegmentConstants> segment_constants;  ///< one for each section of each line
     std::vector<Bend> bends;    ///< none for lines without bending stiffness
     std::vector<Clamp> clamps;
+    std::vector<Joint> joints;
     std::vector<Winch> winches;
 
     std::optional<Tank> tank;
@@ -137,6 +153,9 @@ class ModelBuilder {
     void add_line(const std::string& name, const LineEnd& start, const LineEnd& end,
                   const std::vector<LineSection>& sections);
 
+    /// Holds two places together (each a point or on a body, without a direction), N/m and N·s/m.
+    void add_joint(const std::string& name, const LineEnd& start, const LineEnd& end, double stiffness, double damping);
+
     /// Puts the system into a tank. Throws InvalidInput.
     void set_tank(const Tank& tank);
 
@@ -164,6 +183,13 @@ class ModelBuilder {
         std::optional<double> paid_out;  ///< m; where there is a winch
     };
 
+    struct JointEntry {
+        std::string name;
+        LineEnd ends[2];
+        double stiffness, damping;
+    };
+
+    void require_end(const LineEnd& end, bool first, const std::string& where) const;
     bool has_point(const std::string& name) const;
     bool has_body(const std::string& name) const;
     void require_new_name(const std::string& name) const;
@@ -172,6 +198,7 @@ class ModelBuilder {
     std::vector<PointEntry> points_;
     std::vector<NamedBody> bodies_;
     std::vector<LineEntry> lines_;
+    std::vector<JointEntry> joints_;
     std::optional<Tank> tank_;
 };
 

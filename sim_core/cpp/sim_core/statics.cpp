@@ -41,7 +41,8 @@ class FirstGuess {
         for (const Model::Point& point : model_.points) pull[point.site] = load_of(point.properties);
         for (std::size_t b = 0; b < model_.bodies.size(); ++b) pull[model_.sites() + b] = load_of(b);
         for (auto hang = tree_.rbegin(); hang != tree_.rend(); ++hang) {
-            hang->pull = pull[hang->bottom] + load_of(model_.lines[hang->line]);
+            hang->pull = pull[hang->bottom];
+            if (hang->line >= 0) hang->pull += load_of(model_.lines[hang->line]);
             pull[hang->top] += hang->pull;
         }
         for (const Hang& hang : tree_) place(hang);
@@ -50,10 +51,11 @@ class FirstGuess {
     }
 
   private:
-    /// A line of the spanning tree, from the end nearer to a prescribed point to the other.
+    /// A line or a joint of the spanning tree, from the end nearer to a prescribed point to the other.
     struct Hang {
-        int line;
-        bool reversed;  ///< the line's own start is the lower end
+        int line;       ///< −1: it is a joint
+        int joint;      ///< −1: it is a line
+        bool reversed;  ///< its own start is the lower end
         int top, bottom;
         Vec3 pull;
     };
@@ -70,9 +72,21 @@ class FirstGuess {
             queue.push_back(model_.free_sites + i);
         }
         std::vector<bool> used(model_.lines.size(), false);
+        const auto hang_up = [&](int line, int joint, bool reversed, int top, int bottom) {
+            placed_[bottom] = true;
+            tree_.push_back({line, joint, reversed, top, bottom, Vec3::Zero()});
+            queue.push_back(bottom);
+        };
         while (!queue.empty()) {
             const int top = queue.front();
             queue.pop_front();
+            for (std::size_t i = 0; i < model_.joints.size(); ++i) {
+                const int start = vertex(model_.joints[i].site[0]);
+                const int end = vertex(model_.joints[i].site[1]);
+                if (start != top && end != top) continue;
+                const int bottom = start == top ? end : start;
+                if (!placed_[bottom]) hang_up(-1, static_cast<int>(i), start != top, top, bottom);
+            }
             for (std::size_t i = 0; i < model_.lines.size(); ++i) {
                 const int start = vertex(model_.lines[i].sites.front());
                 const int end = vertex(model_.lines[i].sites.back());
@@ -82,9 +96,7 @@ class FirstGuess {
                 if (placed_[bottom]) {
                     loops_.push_back(static_cast<int>(i));
                 } else {
-                    placed_[bottom] = true;
-                    tree_.push_back({static_cast<int>(i), start != top, top, bottom, Vec3::Zero()});
-                    queue.push_back(bottom);
+                    hang_up(static_cast<int>(i), -1, start != top, top, bottom);
                 }
             }
         }
@@ -116,7 +128,24 @@ class FirstGuess {
         return load;
     }
 
+    /// Puts a free point, or the body that a site is on, so that the site is there.
+    void put(int site, const Vec3& there) {
+        if (model_.is_attached(site)) {
+            const Model::Attachment& attachment = model_.attachments[model_.attachment_of(site)];
+            state_.position[state_.body_entry(attachment.body)] =
+                there - state_.bodies[attachment.body].step_start_attitude * attachment.place;
+        } else {
+            state_.position[site] = there;
+        }
+    }
+
     void place(const Hang& hang) {
+        if (hang.line < 0) {
+            state_.follow_bodies();
+            const Model::Joint& joint = model_.joints[hang.joint];
+            put(joint.site[hang.reversed ? 0 : 1], state_.position[joint.site[hang.reversed ? 1 : 0]]);
+            return;
+        }
         const Model::Line& line = model_.lines[hang.line];
         const auto site = [&](int i) { return line.sites[hang.reversed ? line.segments - i : i]; };
         state_.follow_bodies();
@@ -129,14 +158,7 @@ class FirstGuess {
             state_.position[site(i)] = top + reach * along;
         }
         const Vec3 bottom = top + state_.line_length(hang.line) * along;
-        const int last = site(line.segments);
-        if (model_.is_attached(last)) {
-            const Model::Attachment& attachment = model_.attachments[model_.attachment_of(last)];
-            state_.position[state_.body_entry(attachment.body)] =
-                bottom - state_.bodies[attachment.body].step_start_attitude * attachment.place;
-        } else {
-            state_.position[last] = bottom;
-        }
+        put(site(line.segments), bottom);
     }
 
     /// A line between two places that are already given: straight if it is too short, else a parabola with about

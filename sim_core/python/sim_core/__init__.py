@@ -85,6 +85,7 @@ from sim_core.running import run
 from sim_core.static_stability import StaticStability, static_stability, trimmed_pitch
 from sim_core.system import (
     FreePoint,
+    Joint,
     Line,
     PrescribedPoint,
     SectionedLine,
@@ -112,6 +113,7 @@ __all__ = [
     "HullTable",
     "Integrator",
     "InvalidInput",
+    "Joint",
     "LambCoefficients",
     "Line",
     "LineHistory",

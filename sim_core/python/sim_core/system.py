@@ -108,6 +108,22 @@ class SectionedLine(_Described):
         return Line(properties=properties, segments=segments, **values)
 
 
+@dataclass(frozen=True)
+class Joint(_Described):
+    """A ball joint from one point or body to another; an attachment is needed exactly at a body.
+
+    Both places are held together by a stiff spring and may turn about it.
+    """
+
+    start: str  #: name of a point or body
+    end: str  #: name of a point or body
+    _: KW_ONLY
+    stiffness: float  #: N/m: the places part by force over stiffness
+    damping: float = 0.0  #: N s/m
+    attachment: Triple | None = None  #: m in body axes, of the end
+    start_attachment: Triple | None = None  #: m in body axes, of the start
+
+
 _POINTS: dict[str, type[PrescribedPoint | FreePoint | Weathervane]] = {
     cls.__name__: cls for cls in (PrescribedPoint, FreePoint, Weathervane)
 }
@@ -121,10 +137,11 @@ class System:
     points: Mapping[str, PrescribedPoint | FreePoint | Weathervane]
     bodies: Mapping[str, Body] = field(default_factory=dict)
     lines: Mapping[str, Line | SectionedLine]
+    joints: Mapping[str, Joint] = field(default_factory=dict)
     tank: Tank | None = None
 
     def __post_init__(self) -> None:
-        for name in ("points", "bodies", "lines"):
+        for name in ("points", "bodies", "lines", "joints"):
             object.__setattr__(self, name, dict(getattr(self, name)))
 
     @staticmethod
@@ -138,7 +155,15 @@ class System:
             line = SectionedLine(**model._describe_line(name))
             lines[name] = line.as_uniform() or line
         bodies = {name: model._body(name) for name in model.bodies}
-        return System(water=model.water, points=points, bodies=bodies, lines=lines, tank=model.tank)
+        joints = {name: Joint(**model._describe_joint(name)) for name in model.joints}
+        return System(
+            water=model.water,
+            points=points,
+            bodies=bodies,
+            lines=lines,
+            joints=joints,
+            tank=model.tank,
+        )
 
     def replace(self, changes: Mapping[str, object]) -> System:
         """A copy with other values at dotted paths; the rest is shared.
@@ -178,6 +203,8 @@ class System:
             builder.add_body(name, body)
         for name, line in self.lines.items():
             builder.add_line(name, **vars(line))
+        for name, joint in self.joints.items():
+            builder.add_joint(name, **vars(joint))
         return builder.build()
 
 

@@ -58,6 +58,18 @@ nb::dict describe_line(const Model& model, const Model::Line& line) {
     return values;
 }
 
+/// The values of a Joint.
+nb::dict describe_joint(const Model::Joint& joint) {
+    nb::dict values;
+    values["start"] = joint.ends[0].at;
+    values["end"] = joint.ends[1].at;
+    values["start_attachment"] = triple_or_none(joint.ends[0].attachment);
+    values["attachment"] = triple_or_none(joint.ends[1].attachment);
+    values["stiffness"] = joint.stiffness;
+    values["damping"] = joint.damping;
+    return values;
+}
+
 }  // namespace
 
 void bind_model(nb::module_& module) {
@@ -95,6 +107,14 @@ void bind_model(nb::module_& module) {
             },
             "Names of lines.")
         .def_prop_ro(
+            "joints",
+            [](const SharedModel& m) {
+                std::vector<std::string> names;
+                for (const Model::Joint& joint : m.model->joints) names.push_back(joint.name);
+                return names;
+            },
+            "Names of joints.")
+        .def_prop_ro(
             "unknowns", [](const SharedModel& m) { return 3 * m.model->blocks(); }, "Number of scalar unknowns.")
         .def_prop_ro(
             "water", [](const SharedModel& m) { return m.model->water; }, "The water.")
@@ -110,6 +130,12 @@ void bind_model(nb::module_& module) {
         // The description, for System.of.
         .def("_describe_point", [](const SharedModel& m, const std::string& name) { return describe_point(m.model->points[m.model->point_index(name)]); })
         .def("_describe_line", [](const SharedModel& m, const std::string& name) { return describe_line(*m.model, m.model->lines[m.model->line_index(name)]); })
+        .def("_describe_joint", [](const SharedModel& m, const std::string& name) {
+            for (const Model::Joint& joint : m.model->joints) {
+                if (joint.name == name) return describe_joint(joint);
+            }
+            throw InvalidInput("no joint '" + name + "'");
+        })
         .def("_body", [](const SharedModel& m, const std::string& name) { return m.model->bodies[m.model->body_index(name)].force.body(); })
         .def_prop_ro("tank", [](const SharedModel& m) { return m.model->tank; }, "The Tank, or None.")
         // Where things stand in a recording, for Result.
@@ -216,6 +242,21 @@ properties.length is the longest, half a segment the shortest; a Payout moves it
 sections: pairs of LineProperties and the number of segments of that section. The rest as for a uniform line. Where a
 limp section meets a stiff one the line carries no moment. A winch winds the first section, down to half a segment of
 it.)")
+        .def(
+            "add_joint",
+            [](ModelBuilder& self, const std::string& name, const std::string& start, const std::string& end,
+               double stiffness, double damping, const OptionalTriple& attachment,
+               const OptionalTriple& start_attachment) {
+                self.add_joint(name, {start, to_vec3(start_attachment), std::nullopt},
+                               {end, to_vec3(attachment), std::nullopt}, stiffness, damping);
+            },
+            "name"_a, "start"_a, "end"_a, nb::kw_only(), "stiffness"_a, "damping"_a = 0.0,
+            "attachment"_a = nb::none(), "start_attachment"_a = nb::none(),
+            R"(Hold two places together by a ball joint, about which both may turn.
+
+start, end: names of points or bodies, with attachment (at the end) and start_attachment as for a line.
+stiffness: N/m, damping: N·s/m of the spring that holds them: they part by force over stiffness. Three joints that do
+not lie on one line weld two bodies together.)")
         .def(
             "build", [](const ModelBuilder& self) { return SharedModel{std::make_shared<const Model>(self.build())}; },
             "The constant model. Everything must be connected to a prescribed point.");
