@@ -58,11 +58,9 @@ def test_catenary_of_a_deck_is_that_of_the_closed_form():
 
     h, v = fsolve(misfit, (weight * span / 2, weight * length / 2), xtol=1e-12)
     state = sc.steady_tow(deck.system.build(), position=deck.positions)
-    tension = sc.Simulator(state.model, state).tensions("line1")
-    # The segment nearest to an end carries the end's force but for half its own weight.
-    half = weight * length / 80 / 2
-    assert tension[-1] == pytest.approx(np.hypot(h, v - half), rel=3e-4)
-    assert tension[0] == pytest.approx(np.hypot(h, v - weight * length + half), rel=3e-4)
+    bottom, top = sc.Simulator(state.model, state).end_tensions("line1")
+    assert top == pytest.approx(np.hypot(h, v), rel=3e-4)
+    assert bottom == pytest.approx(np.hypot(h, v - weight * length), rel=3e-4)
     # A damping ratio is one of critical damping of a segment: ζ ℓ √(EA m).
     assert properties.axial_damping == pytest.approx(0.5 * 65 / 80 * math.sqrt(2e6 * 20), rel=1e-12)
     assert deck.positions == {"point1": (0.0, 0.0, -30.0), "point2": (40.0, 30.0, -10.0)}
@@ -123,7 +121,7 @@ def test_two_part_tow_of_a_deck_moves_as_the_model_built_directly():
         assert there.points[name].position == pytest.approx(here.points[name].position, abs=1e-9)
     assert there.bodies["rod1"].position == pytest.approx(here.bodies["rod1"].position, abs=1e-9)
     assert there.lines["line1"].tensions == pytest.approx(here.lines["line1"].tensions, rel=1e-6)
-    assert deck.warnings == ("two_part_tow.txt:33: option TmaxIC is not used",)
+    assert deck.warnings == ()
     # The nose is where the line is.
     assert here.bodies["rod1"].position[0, 0] < here.points["point2"].position[0, 0]
 
@@ -205,7 +203,7 @@ ID RodType Attachment Xa Ya Za Xb Yb Zb NumSegs
     assert deck.positions[line.start] == (0, 0, -30)
     assert line.start_direction == pytest.approx(direction, abs=1e-12)
     assert line.end_direction is None
-    assert set(deck.system.build().prescribed_points) == {line.start, "point2"}
+    assert set(deck.system.build().prescribed_points) == {line.start, "point1", "point2"}
 
 
 def test_points_of_a_fixed_body_are_prescribed(read):
@@ -222,62 +220,488 @@ ID  Attachment X0  Y0  Z0   r0  p0  y0  Mass  CG      I          Volume  CdA  Ca
     assert deck.positions["point2"] == (41.0, 32.0, -13.0)
 
 
+# ------------------------------------------------------------------------------- sea floor
+
+FLOOR = """--- LINE TYPES ---
+TypeName   Diam   Mass/m   EA     BA     EI   Cd   Ca  CdAx  CaAx
+(name)     (m)    (kg/m)   (N)    (-)    (-)  (-)  (-)  (-)  (-)
+chain      0.05   50.0     5.0e8  -0.8   0    0    0    0    0
+--- POINTS ---
+ID  Attachment X Y Z Mass Volume CdA Ca
+(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+1   Fixed      0   0 -100  0 0 0 0
+2   Coupled    260 0 0     0 0 0 0
+--- LINES ---
+ID LineType A B UnstrLen NumSegs Out
+(#) (-) (-) (-) (m) (-) (-)
+1  chain 1 2 300 150 -
+--- OPTIONS ---
+1000 WtrDnsty
+9.81 g
+100  WtrDpth
+1e6  kBot
+5e4  cBot
+0.4  FrictionCoefficient
+--- need this line ---
+"""
+
+
+@pytest.fixture
+def deck_of(tmp_path):
+    """Reads a deck from its text, with other files beside it."""
+
+    def made(text: str, files: dict[str, str] | None = None, **given) -> sc.MoorDynDeck:
+        for name, content in (files or {}).items():
+            (tmp_path / name).write_text(content, encoding="utf-8")
+        path = tmp_path / "deck.txt"
+        path.write_text(text, encoding="utf-8")
+        return sc.read_moordyn(path, **given)
+
+    return made
+
+
+def test_mooring_line_on_the_sea_floor_is_that_of_the_closed_form(deck_of):
+    """A slack chain whose lower part lies on the floor; at rest friction does not count.
+
+    Touching down tangentially, a lifted length s with end forces H and V = w s spans
+    z = (√(H² + V²) − H)/w + V²/2wEA, x = L − s + (H/w) asinh(V/H) + H L/EA
+    (Faltinsen 1990, eqs 8.21 to 8.26). 2 m segments of that catenary, a = H/w = 42 m, tell by
+    (ℓ/a)²/24 = 1e-4, the bed's give by w/(kBot d) = 9 mm in 100 m, its rounding by 1 mm.
+    """
+    deck = deck_of(FLOOR)
+    weight = 9.81 * (50.0 - 1000.0 * math.pi / 4 * 0.05**2)
+    length, stiffness = 300.0, 5e8
+
+    def misfit(forces):
+        h, v = forces
+        s = v / weight
+        x = length - s + h / weight * np.arcsinh(v / h) + h * length / stiffness
+        z = (np.hypot(h, v) - h) / weight + v**2 / (2 * weight * stiffness)
+        return x - 260.0, z - 100.0
+
+    h, v = fsolve(misfit, (2e4, 7e4), xtol=1e-12)
+    assert 0.3 * length < length - v / weight  # that much lies on the floor
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    simulator = sc.Simulator(state.model, state)
+    assert simulator.hook_load("point2") == pytest.approx([-h, 0, -v], rel=1e-3)
+    heights = state.node_positions("line1")[:40, 2]
+    resting = 100.0 + weight / (1e6 * 0.05)
+    assert heights[5:] == pytest.approx(-resting, abs=2e-4)
+
+
+def test_floor_has_the_bed_and_friction_of_the_deck(deck_of):
+    """Damping alike at the depth at which the chain rests: a = cBot d/w."""
+    deck = deck_of(FLOOR)
+    weight = 9.81 * (50.0 - 1000.0 * math.pi / 4 * 0.05**2)
+    tank = deck.system.tank
+    assert (tank.bed_stiffness, tank.friction, tank.stiffness) == (1e6, 0.4, 0.0)
+    assert tank.damping == pytest.approx(5e4 * 0.05 / weight, rel=1e-12)
+    # MoorDyn's nodes touch with their middles, those here with their undersides.
+    assert tank.floor == pytest.approx(-100.0 - 0.025, rel=1e-12)
+    assert deck.warnings == ()
+
+
+def test_depth_can_be_given_from_outside(deck_of):
+    assert deck_of(FLOOR, water_depth=120.0).system.tank.floor == pytest.approx(-120.025)
+    bare = deck_of(FLOOR, water_depth=math.inf)
+    assert (bare.system.tank, bare.water_depth) == (None, None)
+    # Like MoorDyn: the floor is no higher than an anchor.
+    assert deck_of(FLOOR.replace("100  WtrDpth", "80  WtrDpth")).water_depth == 100.0
+
+
+def test_tow_has_no_floor_of_its_own(read):
+    deck = read(TOW, {})
+    assert (deck.system.tank, deck.water_depth) == (None, None)
+
+
+# ------------------------------------------------------------------ stiffness of other kinds
+
+
+def test_tabulated_stiffness_is_read_from_its_file(deck_of):
+    """A tensioned line, straight and weightless: T from the table at the strain of the span."""
+    text = FLOOR.replace("5.0e8  -0.8", "rope.txt 0").replace("50.0  ", "1.9635")
+    text = text.replace("300 150", "268 4")
+    rope = "a rope\nstrain tension\n(-) (N)\n0 0\n0.01 4e4\n0.02 1e5\n0.05 5e5\n"
+    deck = deck_of(text, {"rope.txt": rope})
+    stiffness = deck.system.lines["line1"].properties.axial_stiffness
+    assert list(stiffness) == [(0, 0), (0.01, 4e4), (0.02, 1e5), (0.05, 5e5)]
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    strain = math.hypot(260, 100) / 268 - 1
+    # between the points of the table a monotone curve and not a chord: within the interval
+    tension = sc.Simulator(state.model, state).tensions("line1")
+    assert 0.02 < strain < 0.05
+    assert tension.min() == pytest.approx(tension.max(), rel=1e-6)
+    chord = 1e5 + (strain - 0.02) / 0.03 * 4e5
+    assert tension[0] == pytest.approx(chord, rel=0.1)
+    with pytest.raises(sc.InvalidInput, match=r"5|4: EA rope.txt: strains and tensions must"):
+        deck_of(text, {"rope.txt": "h\nh\n0 0\n0.02 1e5\n0.01 2e5\n"})
+
+
+def test_viscoelastic_rope_creeps_from_its_dynamic_to_its_static_stiffness(deck_of):
+    """MoorDyn's model (spring and dashpot EA₁, BA in series with EA_D): after a sudden stretch ε
+    T = EA_S ε + (EA_D − EA_S) ε exp(−t/τ), τ = BA/(EA₁ + EA_D), 1/EA_S = 1/EA₁ + 1/EA_D."""
+    static, dynamic, damping = 1e6, 3e6, 4.5e7
+    text = FLOOR.replace("5.0e8  -0.8", f"{static}|{dynamic} {damping}|3e4")
+    text = text.replace("50.0  ", "1.9635").replace("260 0 0 ", "100 0 -100 ")
+    text = text.replace("300 150", "100 2").replace("100  WtrDpth", "500 WtrDpth")
+    deck = deck_of(text)
+    model = deck.system.build()
+    state = sc.steady_tow(model, position=deck.positions | {"point2": (100.5, 0, -100)})
+    assert sc.Simulator(model, state).tensions("line1") == pytest.approx(0.005 * static, rel=1e-6)
+
+    tau = damping / (static * dynamic / (dynamic - static) + dynamic)
+    ramp = 0.02 * tau
+    stretch = sc.TimeSeries(
+        time=[0.0, ramp, 10 * tau],
+        position=np.array([(100.5, 0, -100), (101.0, 0, -100), (101.0, 0, -100)]),
+        velocity=np.zeros((3, 3)),
+    )
+    laws = {"point1": sc.SteadyTow(position=(0, 0, -100)), "point2": stretch}
+    run = sc.run(model, laws, state=state, t_end=3 * tau, output_step=tau / 10, max_step=tau / 200)
+    tension = run.lines["line1"].tensions.mean(axis=1)
+    since = run.time[2:] - ramp / 2  # the ramp counts from its middle, to (ramp/τ)²/24
+    decay = np.exp(-since / tau)
+    expected = 0.01 * static + 0.005 * (dynamic - static) * decay
+    # the fast dashpot damps the wave after the ramp by 0.2 and adds BA_D/BA = 7e-4 to τ
+    assert tension[2:] == pytest.approx(expected, rel=2e-3)
+
+
+# ----------------------------------------------------------------------- waves and currents
+
+
+def test_current_profile_beside_the_deck_is_the_waters(deck_of):
+    text = FLOOR.replace("100  WtrDpth", "100  WtrDpth\n1 Currents")
+    profile = "profile\nof a current\nz ux uy uz\n-100 0.1 0.2 0\n0 1.1 0.4 0\n"
+    water = deck_of(text, {"current_profile.txt": profile}).system.water
+    assert water.motion((0, 0, -100.0), time=0.0).velocity == pytest.approx([0.1, 0.2, 0])
+    assert water.motion((5.0, 0, 0), time=9.0).velocity == pytest.approx([1.1, 0.4, 0])
+
+
+def test_profile_in_the_file_of_moordyn_f(deck_of):
+    text = FLOOR.replace("100  WtrDpth", '100  WtrDpth\n"kin.dat" WaterKin')
+    kinematics = (
+        'title\nnote\n---- WAVES ----\n0 WaveKinMod\n"" WaveKinFile\n---- CURRENT ----\n'
+        "{} CurrentMod - kind\nz ux uy\n(m) (m/s) (m/s)\n-100 0.5 0\n0 0.7 0\n--- end ---\n"
+    )
+    water = deck_of(text, {"kin.dat": kinematics.format(1)}).system.water
+    assert water.motion((0, 0, 0), time=0.0).velocity == pytest.approx([0.7, 0, 0])
+    with pytest.raises(sc.InvalidInput, match="only a steady profile is read"):
+        deck_of(text, {"kin.dat": kinematics.format(7)})
+
+
+def test_changing_current_is_a_profile_and_a_series(deck_of):
+    """U(z, t) = z-part + t-part is the sum that a Current has; another table is refused."""
+    text = FLOOR.replace("100  WtrDpth", "100  WtrDpth\n2 Currents")
+    head = "current\nover time\n2\n3\n-100 0\n\n"
+    table = head + "0 0.1 1.1 0.2 0.2\n10 0.4 1.4 0.2 0.2\n"
+    water = deck_of(text, {"current_profile_dynamic.txt": table}).system.water
+    assert water.motion((0, 0, 0), time=0.0).velocity == pytest.approx([1.1, 0.2, 0])
+    assert water.motion((0, 0, -100), time=10.0).velocity == pytest.approx([0.4, 0.2, 0])
+    with pytest.raises(sc.InvalidInput, match="only the sum of a steady profile and a series"):
+        deck_of(text, {"current_profile_dynamic.txt": head + "0 0.1 1.1\n10 0.4 1.8\n"})
+
+
+def test_wave_spectra_beside_the_deck_are_the_waters(deck_of):
+    """WaveKin 2 is Re c exp(iωt), 7 its imaginary part with directions (MoorDyn-C)."""
+    wave = FLOOR.replace("100  WtrDpth", "100  WtrDpth\n{} WaveKin")
+    two = {"wave_frequencies.txt": "0 0 0\n0.5 1.5 0\n1.0 0 2.0\n"}
+    times = np.linspace(0, 20, 41)
+    sea = deck_of(wave.format(2), two).system.water.waves
+    expected = 1.5 * np.cos(0.5 * times) - 2.0 * np.sin(times)
+    assert sea.elevation(times) == pytest.approx(expected, abs=1e-9)
+    assert sea.depth == 100.0
+    seven = {"wave_frequencies.txt": "0 0 0\n0.5 1.5 0 1.0\n"}
+    sea = deck_of(wave.format(7), seven).system.water.waves
+    assert sea.elevation(times) == pytest.approx(1.5 * np.sin(0.5 * times), abs=1e-9)
+    assert sea.direction == pytest.approx([1.0])
+
+
+def test_wave_elevation_beside_the_deck_is_the_waters(deck_of):
+    """Two trains that are periodic in the record of 64 s come back as they are."""
+    text = FLOOR.replace("100  WtrDpth", "100  WtrDpth\n3 WaveKin\n0.5 dtWave")
+    time = 0.5 * np.arange(129)
+    w = 2 * math.pi / 64.0
+    record = 0.8 * np.cos(5 * w * time) + 0.3 * np.sin(11 * w * time)
+    lines = "\n".join(f"{t} {z}" for t, z in zip(time, record, strict=True))
+    sea = deck_of(text, {"wave_elevation.txt": lines}).system.water.waves
+    assert sea.elevation(time) == pytest.approx(record, abs=1e-9)
+    assert len(sea.amplitude) == 2
+
+
+# ---------------------------------------------------------------------- bodies of other kinds
+
+ROD = """--- ROD TYPES ---
+TypeName Diam Mass/m Cd Ca CdEnd CaEnd
+(-) (m) (kg/m) (-) (-) (-) (-)
+bar      0.2  120    0  0  0     0
+--- RODS ---
+ID RodType Attachment Xa Ya Za Xb Yb Zb NumSegs Out
+(#) (-) (-) (m) (m) (m) (m) (m) (m) (-) (-)
+{rods}
+--- OPTIONS ---
+1000 WtrDnsty
+50 WtrDpth
+9.81 g
+--- need this line ---
+"""
+BODY = """--- BODIES ---
+ID Attachment X0 Y0 Z0 r0 p0 y0 Mass CG I Volume CdA Ca
+(#) (-) (m) (m) (m) (d) (d) (d) (kg) (m) (-) (m^3) (m^2) (-)
+{bodies}
+"""
+IN_WATER = 120 - 1000 * math.pi / 4 * 0.2**2  # kg/m
+
+
+@pytest.mark.parametrize("kind", ["Pinned", "Pinned1", "CoupledPinned", "VesPin"])
+def test_pinned_rod_hangs_on_its_end_a(deck_of, kind):
+    deck = deck_of(ROD.format(rods=f"1 bar {kind} 1 2 -5 4 2 -5 3 p"))
+    assert deck.positions == {"pin_rod1": (1, 2, -5)}
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    # at half its length below the pin
+    assert state.body_position("rod1") == pytest.approx([1, 2, -6.5], abs=1e-3)
+    load = sc.Simulator(state.model, state).hook_load("pin_rod1")
+    assert load == pytest.approx([0, 0, -3 * IN_WATER * 9.81], abs=1e-6 * 3 * IN_WATER * 9.81)
+
+
+def test_pinned_body_carries_its_rod(deck_of):
+    bodies = BODY.format(bodies="4 CoupledPinned 3 0 -10 0 0 0 20 0 1 0 0 0")
+    deck = deck_of(bodies + ROD.format(rods="9 bar Body4 0 0 -1 0 0 -3 2 p"))
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    load = sc.Simulator(state.model, state).hook_load("pin_body4")
+    assert load == pytest.approx([0, 0, -(2 * IN_WATER + 20) * 9.81], abs=1e-3)
+    assert state.body_position("body4") == pytest.approx([3, 0, -12], abs=1e-3)
+
+
+def test_rod_pinned_on_a_body_swings_on_it(deck_of):
+    """Both hang: the body on its pin, the second rod below the end of the first."""
+    bodies = BODY.format(bodies="1 CoupledPinned 0 0 -5 0 0 0 0 0 0 0 0 0")
+    rods = "1 bar Body1 0 0 0 0 0 -2 2 p\n2 bar Body1Pinned 0 0 -2 1 0 -2 2 p"
+    deck = deck_of(bodies + ROD.format(rods=rods))
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    assert state.body_position("body1") == pytest.approx([0, 0, -6], abs=1e-3)
+    assert state.body_position("rod2") == pytest.approx([0, 0, -7.5], abs=1e-3)
+
+
+def test_two_rods_on_a_body_are_one_piece(deck_of):
+    """Two bars in a line on a pinned body: the weld holds the second in the line of the first."""
+    bodies = BODY.format(bodies="1 CoupledPinned 0 0 -5 0 0 0 0 0 0 0 0 0")
+    rods = "1 bar Body1 0 0 0 0 0 -2 2 p\n2 bar Body1 0 0 -2 0 0 -6 2 p"
+    deck = deck_of(bodies + ROD.format(rods=rods))
+    assert [name for name in deck.system.joints if "weld" in name] == [
+        "weld1_rod2", "weld2_rod2", "weld3_rod2",
+    ]  # fmt: skip
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    assert state.body_position("rod2") == pytest.approx([0, 0, -9], abs=2e-3)
+    load = sc.Simulator(state.model, state).hook_load("pin_body1")
+    assert load == pytest.approx([0, 0, -6 * IN_WATER * 9.81], abs=1e-6 * 6 * IN_WATER * 9.81)
+
+
+@pytest.mark.parametrize(("drag", "area"), [("0.5", 0.5), ("0.5|9", 0.5), ("0.5|0.2|0.9", 0.5)])
+def test_body_without_a_rod_has_its_own_drag_and_added_mass(deck_of, drag, area):
+    """Towed on a line of no account it leans back by drag over weight: ½ρ CdA U²/W."""
+    bodies = BODY.format(bodies=f"1 Free 0 0 -3 0 0 0 100 0 4|5|6 0.04 {drag} 0.5|1|2")
+    deck = deck_of(
+        bodies
+        + """--- LINE TYPES ---
+TypeName Diam Mass/m EA BA EI Cd Ca CdAx CaAx
+(-) (m) (kg/m) (N) (-) (-) (-) (-) (-) (-)
+thread 1e-6 1e-6 1e6 0 0 0 0 0 0
+--- POINTS ---
+ID Attachment X Y Z Mass Volume CdA Ca
+(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+12 Coupled 0 0 -1 0 0 0 0
+7  Body1 0 0 0 0 0 0 0
+--- LINES ---
+ID LineType A B UnstrLen NumSegs Out
+(#) (-) (-) (-) (m) (-) (-)
+3 thread 12 7 2 2 -
+--- OPTIONS ---
+1000 WtrDnsty
+9.81 g
+--- need this line ---
+"""
+    )
+    body = deck.system.bodies["body1"]
+    assert np.diag(body.added_mass)[:3] == pytest.approx([20, 40, 80])  # Ca ρ V
+    assert np.diag(body.inertia) == pytest.approx([4, 5, 6])
+    speed = 2.0
+    velocity = (speed, 0, 0)
+    state = sc.steady_tow(deck.system.build(), position=deck.positions, velocity=velocity)
+    pull = sc.Simulator(state.model, state).hook_load("point12")
+    force = 0.5 * 1000 * area * speed**2
+    assert pull == pytest.approx([-force, 0, -(100 - 40) * 9.81], rel=1e-5)
+    assert list(deck.system.lines) == ["line3"]  # IDs need not count from 1
+
+
+def test_turned_fixed_body_holds_its_points_where_they_are(deck_of):
+    """r0, p0, y0 turn about x, then y and z of the turned axes: here 90° about y and about z."""
+    bodies = BODY.format(bodies="1 Fixed 1 2 -3 0 90 90 0 0 0 0 0 0")
+    deck = deck_of(
+        bodies
+        + """--- POINTS ---
+ID Attachment X Y Z Mass Volume CdA Ca
+(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+1 Body1 1 0 0 0 0 0 0
+2 Body1 0 0 1 0 0 0 0
+--- OPTIONS ---
+50 WtrDpth
+--- need this line ---
+"""
+    )
+    # y by 90° sends x to −z and z to x; z by 90° before it x to y.
+    assert deck.positions["point1"] == pytest.approx((1, 3, -3))
+    assert deck.positions["point2"] == pytest.approx((2, 2, -3))
+
+
+def test_rod_adrift_floats_at_its_draught(deck_of):
+    """No line holds it: half as heavy as water, a round bar floats with its axis at the surface."""
+    half = ROD.replace("120 ", f"{500 * math.pi / 4 * 0.2**2} ")
+    deck = deck_of(half.format(rods="1 bar Free 3 4 -1 6 4 -1 3 p"))
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    assert state.body_position("rod1") == pytest.approx([4.5, 4, 0], abs=1e-6)
+
+
+def test_rod_adrift_sinks_to_the_floor(deck_of):
+    deck = deck_of(ROD.format(rods="1 bar Free 3 4 -1 6 4 -1 3 p"))
+    state = sc.steady_tow(deck.system.build(), position=deck.positions)
+    sunk = IN_WATER * 9.81 / (3e6 * 0.2)  # kBot of MoorDyn, on its diameter
+    expected = [4.5, 4, -50 + 0.1 - sunk]
+    assert state.body_position("rod1") == pytest.approx(expected, abs=1e-3)
+
+
+def test_mass_of_points_is_the_mass_of_a_body_without_its_own(deck_of):
+    bodies = BODY.format(bodies="1 Free 0 0 -5 0 0 0 0 0|0|0 0 0 0 0")
+    points = """--- POINTS ---
+ID Attachment X Y Z Mass Volume CdA Ca
+(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+1 Body1 0 -2 0 20 0 0 0
+2 Body1 0 4 0 10 0 0 0
+--- OPTIONS ---
+50 WtrDpth
+--- need this line ---
+"""
+    body = deck_of(bodies + points).system.bodies["body1"]
+    assert body.mass == pytest.approx(30)
+    # 20 (2)² + 10 (4)² about the origin, where the centre of gravity is; balls add 2e-3 of it
+    assert np.diag(body.inertia)[[0, 2]] == pytest.approx([240, 240], rel=2e-3)
+    assert 0 < np.diag(body.inertia)[1] < 0.1
+
+
+def test_rod_of_no_length_joins_lines_that_bend(deck_of):
+    """It hands on the bending moment: both lines are one of two sections. Limp ones just meet."""
+    lines = """--- LINE TYPES ---
+TypeName Diam Mass/m EA BA EI Cd Ca CdAx CaAx
+(-) (m) (kg/m) (N) (-) (-) (-) (-) (-) (-)
+a 0.05 5 1e6 0 {a} 1 1 0 0
+b 0.06 6 1e6 0 {b} 1 1 0 0
+--- POINTS ---
+ID Attachment X Y Z Mass Volume CdA Ca
+(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+1 Coupled 0 0 0 0 0 0 0
+2 Coupled 8 0 0 0 0 0 0
+--- LINES ---
+ID LineType A B UnstrLen NumSegs Out
+(#) (-) (-) (-) (m) (-) (-)
+1 a 1 R1A 5 5 -
+2 b 2 R1B 6 3 -
+"""
+    rods = ROD.format(rods="1 bar Free 4 0 -3 4 0 -3 0 -")
+    (line,) = deck_of(lines.format(a=40, b=50) + rods).system.lines.items()
+    assert line[0] == "line1+line2"
+    assert (line[1].start, line[1].end) == ("point1", "point2")
+    assert [(p.diameter, n) for p, n in line[1].sections] == [(0.05, 5), (0.06, 3)]
+    limp = deck_of(lines.format(a=0, b=50) + rods).system
+    assert limp.points["rod1"] == sc.FreePoint()
+    assert (limp.lines["line1"].end, limp.lines["line2"].end) == ("rod1", "rod1")
+    three = lines.format(a=40, b=50) + "3 b R1A 2 6 3 -\n"
+    with pytest.raises(sc.InvalidInput, match="hands on moments between two lines only"):
+        deck_of(three + rods)
+
+
+def test_of_two_rods_with_one_number_either_is_read_if_nothing_refers_to_it(deck_of):
+    rods = "3 bar Free 0 0 -1 3 0 -1 3 p\n3 bar Free 0 9 -1 3 9 -1 3 p"
+    assert set(deck_of(ROD.format(rods=rods)).system.bodies) == {"rod3", "rod4"}
+
+
 # ---------------------------------------------------------------------- what is not supported
 
 
 @pytest.mark.parametrize(
     ("change", "warning"),
     [
-        ({"0.1    0.0\n": "0.1    0.5\n"}, "deck.txt:5: CaAx: added mass along a line"),
-        ({"0.1    0.0\n": "0.1    0.0   0.8\n"}, "deck.txt:5: Cl: vortex-induced vibration"),
-        ({"0.002    dtM": "7 WaveKin"}, "deck.txt:17: WaveKin: waves: left out"),
-        ({"0.002    dtM": "50 WtrDpth"}, "deck.txt:17: WtrDpth: contact with the sea floor"),
-        ({"0.002    dtM": "3e6 kBot"}, "deck.txt:17: option kBot is not used"),
+        ({"0.1    0.0\n": "0.1    0.5\n"}, "5: left out: added mass along lines (CaAx), line 5"),
+        ({"0.1    0.0\n": "0.1    0.0  0.8\n"}, "5: left out: vortex-induced vibration (Cl)"),
+        ({"0.002    dtM": "7 Springs"}, "17: left out: option Springs, of no known name, line 17"),
+        (
+            {"2    Coupled ": "7    Free 1 1 -1 0 0 0 0\n2    Coupled "},
+            "10: left out: a free point that holds no line, line 10",
+        ),
         (
             {
-                "2    Coupled ": "2    Fixed 1 1 -1 0 0 0 0\n3    Coupled ",
-                "        2        65": " 3 65",
+                "0.1    0.0\n": "0.1    0.5\n",
+                "--- need this": "--- FAILURE ---\nID\n()\n1 2 1 10 0\n--- need this",
             },
-            "deck.txt:10: point 2 holds no line",
+            "5: left out: added mass along lines (CaAx), line 5; the failure of lines, line 22",
         ),
-        (
-            {"--- need this line": "--- OUTPUTS ---\nFairTen1\n--- need this line"},
-            "deck.txt:19: OUTPUTS: the choice of output is left out",
-        ),
-        (
-            {"--- need this line": "--- SPRINGS ---\n1 2 3\n--- need this line"},
-            "deck.txt:18: 'SPRINGS': a section of no known name",
-        ),
+        ({"0.002    dtM": "1 WaveKin"}, "17: still water: WaveKin 1 leaves waves and current to"),
+        ({"200 ": "#"}, "16: no WtrDpth: the sea floor is taken at the deepest anchor, 30 m; give"),
     ],
 )  # fmt: skip
-def test_what_is_left_out_is_named(read, change, warning):
-    deck = read(CHAIN, change)
-    assert [text for text in deck.warnings if text.startswith(warning)], deck.warnings
+def test_what_is_left_out_or_assumed_is_told_in_one_line(read, change, warning):
+    (text,) = read(CHAIN, change).warnings
+    assert text.startswith(f"deck.txt:{warning}")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"0.002    dtM": "3 writeLog\n0.1 dtOut\nRK4 tScheme\n60 TmaxIC\n1 disableOutTime"},
+        {"--- need this line": "--- OUTPUTS ---\nFairTen1\n--- need this line"},
+        {"0.002    dtM": "0 WaveKin\n0 Currents\n200.0 FricDamp"},
+    ],
+)
+def test_what_does_not_matter_is_silent(read, change):
+    assert read(CHAIN, change).warnings == ()
 
 
 @pytest.mark.parametrize(
     ("deck", "old", "new", "message"),
     [
-        (CHAIN, "2.0e6 ", "2e6|4e6", "5: EA 2e6|4e6: only a constant"),
-        (CHAIN, "2.0e6 ", "polyester.txt ", "5: EA polyester.txt"),
+        (CHAIN, "2.0e6 ", "2e6|4e6|0.2 ", "5: EA 2e6|4e6|0.2: a dynamic stiffness that follows"),
+        (CHAIN, "2.0e6 ", "4e6|2e6 ", "5: EA 4e6|2e6: the second, dynamic stiffness must be the"),
+        (CHAIN, "2.0e6 ", "SYROPE:w.txt|1e6|9 ", "5: EA SYROPE:w.txt|1e6|9: the history of poly"),
+        (CHAIN, "2.0e6 ", "polyester.txt ", "5: there is no file polyester.txt beside deck.txt"),
+        (CHAIN, "-0.5       0 ", "damping.txt 0 ", "5: BA damping.txt: only a constant"),
+        (CHAIN, "-0.5       0 ", "-0.5 bend.txt ", "5: EI bend.txt: only a constant"),
+        (CHAIN, "0.002    dtM", "1 Currents", "17: there is no file current_profile.txt beside"),
+        (CHAIN, "0.002    dtM", "7 WaveKin", "17: there is no file wave_frequencies.txt beside"),
+        (CHAIN, "0.002    dtM", "5 Currents", "17: Currents 5: only a profile over depth"),
+        (CHAIN, "0.002    dtM", "hills.txt SeafloorFile", "17: an uneven sea floor is not supp"),
+        (CHAIN, "0.002    dtM", "0.1 mu_kT", "17: friction across a line (0.1) and along it (0)"),
+        (
+            CHAIN,
+            "0.002    dtM",
+            "2 StatDynFricScale\n0.5 FrictionCoefficient",
+            "17: StatDynFricScale: static friction is as dynamic friction here: give 1",
+        ),
+        (CHAIN, "--- need this", "--- SPRINGS ---\n1\n--- need this", "19: a section 'SPRINGS'"),
         (CHAIN, "-0.5       0 ", "-0.5", "5: a line type of MoorDyn v1"),
         (CHAIN, "20.0     2.0e6", "heavy 2.0e6", "5: Mass/m is no number: 'heavy'"),
         (CHAIN, "65        80", "65", "14: NumSegs is no whole number: 'p'"),
         (CHAIN, "65        80       p", "65", "14: 5 values, and none for NumSegs"),
         (CHAIN, "1    chain     1", "1 rope 1", "14: there is no line type 'rope'"),
-        (CHAIN, "        2        65", " 7 65", "14: '7' is not there"),
-        (CHAIN, "        2        65", " R1A 65", "14: 'R1A' is not there"),
+        (CHAIN, "        2        65", " 7 65", "14: there is no point 7"),
+        (CHAIN, "        2        65", " R1A 65", "14: there is no rod 1"),
         (CHAIN, "        2        65", " end 65", "14: 'end' is neither a point"),
-        (CHAIN, "2    Coupled", "3    Coupled", "10: ID 3 in POINTS: the next is 2"),
+        (CHAIN, "2    Coupled", "1    Coupled", "14: there are two of the ID 1 in POINTS"),
         (CHAIN, "2    Coupled", "2    Floating", "10: a point of the kind Floating"),
         (CHAIN, "- LINES -", "- POINTS -", "11: a second section POINTS"),
         (CHAIN, "1025.0   WtrDnsty ", "nan rho ", "16: rho is not finite"),
         (CHAIN, "-10    0      0       0     0", "-10 0 0 1 2 3 0 0", "10: a steady force"),
-        (TOW, "hull     Free", "hull Pinned", "16: a rod of the kind Pinned"),
-        (TOW, "-2.8  10", "-2.8  0", "16: a rod of no length (NumSegs 0) must be fixed"),
+        (TOW, "hull     Free", "hull Towed", "16: a rod of the kind Towed is not known"),
         (TOW, "hull     Free", "hull Body3", "16: there is no body 3"),
-        (ROD_ON_A_BODY, "2e-3  0 ", "2e-3 0.5 ", "16: CdA and Ca of a body"),
-        (ROD_ON_A_BODY, "1   free ", "1   CoupledPinned", "16: a body of the kind CoupledPinned"),
+        (ROD_ON_A_BODY, "2e-3  0 ", "2e-3 1|2|3|4 ", "16: CG, I and Ca have one value or three"),
+        (ROD_ON_A_BODY, "1   free ", "1   Turbine1 ", "16: a body of the kind Turbine1 is not"),
     ],
 )
 def test_what_cannot_be_read_is_named_with_its_line(read, deck, old, new, message):

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +86,43 @@ class Row:
             raise self.error(f"{name} is no whole number: '{self.words[column]}'") from None
 
 
+def text_beside(row: Row, file: str, folder: Path) -> str:
+    """Return the text of a file that a row names: in the folder, by its path or its name alone.
+
+    Raises the row's error for one that is not there.
+    """
+    path = next((p for p in (folder / file, folder / Path(file).name) if p.is_file()), None)
+    if path is None:
+        raise row.error(f"there is no file {file} beside {row.source}: put it there")
+    return path.read_text(encoding="utf-8", errors="replace")
+
+
+def numbers_of_file(
+    row: Row, file: str, folder: Path, *, heads: int, columns: int
+) -> list[list[float]]:
+    """Return the numbers of a file that a row names, line by line, after that many heads or more.
+
+    Raises the row's error for a file that is not there (see text_beside), and for lines with fewer
+    numbers than columns.
+    """
+    lines: list[list[float]] = []
+    for number, line in enumerate(text_beside(row, file, folder).splitlines(), start=1):
+        if number <= heads or not line.strip():
+            continue
+        try:
+            values = [float(word) for word in line.split()]
+        except ValueError:
+            if not lines:
+                continue  # one more line of heads
+            values = []
+        if len(values) < columns or not all(map(math.isfinite, values)):
+            raise row.error(f"{file}:{number}: there must be {columns} numbers or more")
+        lines.append(values)
+    if not lines:
+        raise row.error(f"{file} holds no numbers")
+    return lines
+
+
 @dataclass(frozen=True)
 class Tables:
     """The sections of a file; those that it lacks are empty."""
@@ -139,7 +177,7 @@ def _require_heads(header: Row, heads: int) -> None:
 
 def _section(line: str) -> str | None:
     """The section that a header begins, by the phrase that it begins with."""
-    said = line.strip("- ").upper().removeprefix("SOLVER ")
+    said = " ".join(line.strip("- ").upper().split()).removeprefix("SOLVER ")
     for name, phrases in _PHRASES.items():
         if any(re.match(rf"{phrase}\b", said) for phrase in phrases):
             return name
