@@ -2,10 +2,16 @@
 """States are saved, restored and copied exactly."""
 
 import copy
+import json
 import pickle
+import struct
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from damaged_states import checksum
 
 import sim_core as sc
 
@@ -164,6 +170,50 @@ def test_results_are_pickled_whole(nit_model):
     assert twin.final_state.save() == result.final_state.save()
     assert np.array_equal(twin.lines["primary"].tensions, result.lines["primary"].tensions)
     assert sc.System.of(twin.final_state.model) == sc.System.of(result.final_state.model)
+
+
+def test_damage_is_refused_and_never_ends_the_interpreter():
+    """Every byte of a saved state and of a pickle, in a process of its own."""
+    program = Path(__file__).with_name("damaged_states.py")
+    done = subprocess.run([sys.executable, program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["as it is"] == {"runs": 1}
+    # FNV-1a maps the sums before a byte one to one for each of its values: no single one escapes
+    assert set(found["bytes"]) == {"InvalidInput"}
+    # with the right checksum another state may be as good as the saved one
+    for kind in ("bytes, checksum mended", "words, checksum mended"):
+        assert set(found[kind]) == {"InvalidInput", "ConvergenceError", "runs"}
+    assert found["pickle"]["InvalidInput"] > 1000  # what is in the state; the rest is Python's
+
+
+def test_says_what_is_damaged():
+    cable = sc.LineProperties(length=3, diameter=0.01, mass_per_length=0.2, axial_stiffness=1e5)
+    system = sc.System(
+        points={"top": sc.PrescribedPoint(), "weight": sc.FreePoint(mass=5.0)},
+        lines={"wound": sc.Line("top", "weight", cable, segments=6, paid_out=2.0)},
+    )
+    model = system.build()
+    saved = sc.State(model).save()
+    start = 32  # bytes: format, layout, two marks; then the segments on the drum, then the time
+    for place, word, what in (
+        (start, struct.pack("<Q", 10**6), "segments on the drum of the winch of line 'wound'"),
+        (start, struct.pack("<Q", 0), "length of the segment at the drum"),
+        (start + 8, struct.pack("<d", float("nan")), "not finite"),
+        (start + 16, struct.pack("<d", -1.0), "a step is below 0"),
+        (24, struct.pack("<Q", 3), "a mark is out of its range"),
+    ):
+        data = saved[:place] + word + saved[place + 8 : -8]
+        with pytest.raises(sc.InvalidInput, match=f"damaged: .*{what}"):
+            sc.State(model).restore(data + checksum(data))
+
+
+def test_a_simulator_keeps_its_state_where_another_is_refused(simulator):
+    before = simulator.save()
+    with pytest.raises(sc.InvalidInput, match="checksum"):
+        simulator.restore(before[:100] + bytes([before[100] ^ 1]) + before[101:])
+    simulator.restore(before)
+    assert simulator.save() == before
 
 
 def test_refuses_the_state_of_another_model(simulator, wu_chwang_model):

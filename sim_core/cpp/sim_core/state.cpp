@@ -12,7 +12,17 @@ namespace sim_core {
 
 namespace {
 
-constexpr std::uint64_t kFormat = 0x326d697377746f74ULL;  // "totwsim2"
+constexpr std::uint64_t kFormat = 0x336d697377746f74ULL;  // "totwsim3"
+
+/// FNV-1a (Fowler, Noll & Vo), 64 bits: any one damaged byte changes it.
+std::uint64_t checksum(const char* bytes, std::size_t size) {
+    std::uint64_t sum = 0xcbf29ce484222325ULL;
+    for (std::size_t i = 0; i < size; ++i) {
+        sum ^= static_cast<unsigned char>(bytes[i]);
+        sum *= 0x100000001b3ULL;
+    }
+    return sum;
+}
 
 template <class Visit>
 void visit_numbers(State& state, Visit visit) {
@@ -35,6 +45,46 @@ void visit_numbers(State& state, Visit visit) {
 void require_finite(const Vec3& position, const Vec3& velocity, const std::string& name) {
     if (!position.allFinite() || !velocity.allFinite()) {
         throw InvalidInput("'" + name + "': position and velocity must be finite");
+    }
+}
+
+void require_possible(bool holds, const std::string& what) {
+    if (!holds) throw InvalidInput("the saved state is damaged: " + what);
+}
+
+/// What a winch's drum holds must fit its line, or the changing segment has no length.
+void require_possible(const WinchState& state, const Winch& winch, const std::string& line) {
+    constexpr double kRounding = 1e-9;
+    const std::string where = "of the winch of line '" + line + "'";
+    require_possible(state.drum >= 0 && state.drum < winch.segments, "segments on the drum " + where);
+    require_possible(state.paid_out >= winch.shortest() * (1.0 - kRounding) &&
+                         state.paid_out <= winch.longest() * (1.0 + kRounding),
+                     "length out " + where);
+    // ½ to 1½ segments, and what the last node taken in has left
+    const double changing = state.changing_length(winch) / winch.segment_length;
+    require_possible(changing > 0.25 && changing < 2.0, "length of the segment at the drum " + where);
+}
+
+void require_possible(State& state) {
+    bool finite = true;
+    visit_numbers(state, [&](const double* numbers, int count) {
+        finite = finite && std::all_of(numbers, numbers + count, [](double x) { return std::isfinite(x); });
+    });
+    require_possible(finite, "a number is not finite");
+    require_possible(state.last_step >= 0.0 && state.next_step >= 0.0 && state.error_ratio >= 0.0,
+                     "a step is below 0");
+    for (std::size_t i = 0; i < state.winches.size(); ++i) {
+        const Winch& winch = state.model->winches[i];
+        require_possible(state.winches[i], winch, state.model->lines[winch.line].name);
+    }
+    constexpr double kUnit = 1e-6;  // quaternions are kept to rounding
+    for (std::size_t b = 0; b < state.bodies.size(); ++b) {
+        const State::BodyState& body = state.bodies[b];
+        const std::string where = " of body '" + state.model->bodies[b].name + "'";
+        require_possible(std::abs(body.attitude.norm() - 1.0) < kUnit &&
+                             (body.attitude.coeffs() - body.step_start_attitude.coeffs()).norm() < kUnit,
+                         "attitude" + where);
+        require_possible(state.position[state.body_entry(static_cast<int>(b)) + 1].isZero(0.0), "turn" + where);
     }
 }
 
@@ -219,6 +269,8 @@ std::string State::save() const {
     }
     State copy = *this;
     visit_numbers(copy, [&](double* numbers, int count) { append(numbers, count * sizeof(double)); });
+    const std::uint64_t sum = checksum(bytes.data(), bytes.size());
+    append(&sum, sizeof sum);
     return bytes;
 }
 
@@ -239,16 +291,23 @@ void State::restore(const std::string& bytes) {
     if (fingerprint != model->fingerprint) throw InvalidInput("the saved state belongs to another model");
     take(&known, sizeof known);
     take(&damped, sizeof damped);
+    require_possible(known <= 1 && damped <= kMostDampedSteps, "a mark is out of its range");
     State restored(model);
-    restored.accelerations_known = known != 0;
+    restored.accelerations_known = known == 1;
     restored.damped_steps = static_cast<int>(damped);
-    for (WinchState& winch : restored.winches) {
+    for (std::size_t i = 0; i < winches.size(); ++i) {
         std::uint64_t drum = 0;
         take(&drum, sizeof drum);
-        winch.drum = static_cast<int>(drum);
+        const auto segments = static_cast<std::uint64_t>(model->winches[i].segments);
+        restored.winches[i].drum = static_cast<int>(std::min(drum, segments));  // which is one too many
     }
     visit_numbers(restored, [&](double* numbers, int count) { take(numbers, count * sizeof(double)); });
+    const std::uint64_t expected = checksum(bytes.data(), read);
+    std::uint64_t sum = 0;
+    take(&sum, sizeof sum);
     if (read != bytes.size()) throw InvalidInput("the saved state has bytes too many");
+    require_possible(sum == expected, "its checksum is wrong");
+    require_possible(restored);
     *this = std::move(restored);
 }
 

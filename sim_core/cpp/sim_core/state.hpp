@@ -25,7 +25,8 @@ struct State {
     double last_step = 0.0;  ///< s, the size of the step that led here; 0 at a start
     double next_step = 0.0;   ///< s, what the step control proposes; 0 if it has not chosen yet
     double error_ratio = 1.0; ///< of the last step's error to the tolerance, the memory of the step control
-    int damped_steps = 0;    ///< so many steps follow with implicit Euler because a line has snapped (see Simulator)
+    int damped_steps = 0;    ///< so many steps follow with implicit Euler (see Simulator), at most kMostDampedSteps
+    static constexpr int kMostDampedSteps = 2;
     /// False after positions or velocities were set by hand: the simulator then first solves for
     /// the accelerations.
     bool accelerations_known = true;
@@ -83,7 +84,8 @@ struct State {
     /// Inner node 1 … segments − 1 of a line.
     void set_line_node(const std::string& name, int node, const Vec3& position, const Vec3& velocity);
 
-    /// The exact state as bytes, and back. restore throws InvalidInput if the bytes belong to another model.
+    /// The exact state as bytes, and back. restore throws InvalidInput if the bytes belong to a model of another layout, are
+    /// damaged, or say what no state of this model can be; the state is then as it was.
     std::string save() const;
     void restore(const std::string& bytes);
 };

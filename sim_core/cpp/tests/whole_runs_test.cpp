@@ -3,7 +3,10 @@
 // states, halved steps and failures in short runs, for the sanitizers (SIM_CORE_SANITIZE) to look at. What the numbers should be is tested in ../../tests.
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
@@ -134,6 +137,50 @@ void test_saved_states(const State& start) {
         refused = true;
     }
     check(refused && other.state().save() == simulator.state().save(), "a state cut short changes nothing");
+}
+
+/// FNV-1a, as a saved state carries it at its end.
+void mend_checksum(std::string& bytes) {
+    std::uint64_t sum = 0xcbf29ce484222325ULL;
+    const std::size_t end = bytes.size() - sizeof sum;
+    for (std::size_t i = 0; i < end; ++i) sum = (sum ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3ULL;
+    std::memcpy(bytes.data() + end, &sum, sizeof sum);
+}
+
+/// Every byte of a state of a winch and a fish turned, with a checksum that says nothing: refused, failing or running.
+void test_damaged_states() {
+    Water water;
+    water.current.uniform = {0.1, 0.0, 0.0};
+    ModelBuilder builder{water};
+    builder.add_prescribed_point("tow_point");
+    builder.add_free_point("weight", {5.0, 5e-4, FixedAxes{Vec3::Constant(0.004), Vec3::Constant(0.2)}});
+    builder.add_body("fish", finned_fish());
+    builder.add_line("wound", {"tow_point", {}, {}}, {"weight", {}, {}}, {{cable(3.0), 4}});
+    builder.add_winch("wound", 1.6);
+    builder.add_line("other", {"weight", {}, {}}, {"fish", Vec3(0.6, 0.0, 0.0), {}}, {{cable(1.0), 2}});
+    const auto model = std::make_shared<const Model>(builder.build());
+    Simulator simulator(steady_tow(model, {kTowPoint}, Vec3::Zero()), std::make_shared<GeneralizedAlpha>(0.8), 0.01,
+                        NewtonSettings{4, 1e-8});
+    const SteadyTow held(kTowPoint, Vec3::Zero(), 0.0);
+    simulator.step(0.02, {&held});
+    const std::string saved = simulator.state().save();
+    int refused = 0;
+    int run = 0;
+    for (std::size_t i = 0; i + sizeof(std::uint64_t) < saved.size(); ++i) {
+        for (const int turned : {0xff, 0x01, 0x40}) {
+            std::string bytes = saved;
+            bytes[i] = static_cast<char>(bytes[i] ^ turned);
+            mend_checksum(bytes);
+            try {
+                simulator.restore(bytes);
+                simulator.step(simulator.state().time + 0.01, {&held});
+                ++run;
+            } catch (const std::exception&) {
+                ++refused;
+            }
+        }
+    }
+    check(refused > 100 && run > 1000, "damaged states are refused, fail or run");
 }
 
 /// A tow point that no solution can follow.
@@ -324,6 +371,7 @@ int main() {
     const State start = steady_tow(model, {kTowPoint}, kVelocity);
     test_integrators(start);
     test_saved_states(start);
+    test_damaged_states();
     test_halved_steps(start);
     test_snap();
     test_records(start);
