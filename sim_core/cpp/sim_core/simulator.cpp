@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "error.hpp"
 #include "time_series.hpp"
@@ -42,15 +43,38 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
         }
         if (!integrator_->adaptive()) throw InvalidInput("error_tolerance needs an implicit integrator");
     }
-    state_.rebase_attitudes();
-    state_.follow_bodies();
-    if (!state_.accelerations_known) solve_accelerations();
-    equations_.evaluate(state_);
-    if (watch_) {
-        if (!(watch_->tolerance > 0.0)) throw InvalidInput("energy_tolerance must be above 0");
-        start_balance();
+    if (watch_ && !(watch_->tolerance > 0.0)) throw InvalidInput("energy_tolerance must be above 0");
+    begin();
+    if (watch_) start_balance();
+}
+
+void Simulator::begin() {
+    if (!state_.accelerations_known) {  // set by hand
+        state_.rebase_attitudes();
+        state_.follow_bodies();
+        solve_accelerations();
     }
+    equations_.evaluate(state_);
+    if (balance_) balance_->begin(equations_, state_);
+    contacts_.forget();
     contacts_.look(state_);
+}
+
+void Simulator::meet(const Motions& motions) {
+    // A law may jump at this very instant: what it says just after it is what counts.
+    const double time = state_.time + 1e-12 * (1.0 + std::abs(state_.time));
+    constexpr double kRounding = 1e-6;  // at 1e5 m/s² what smooth laws change by till then
+    bool jumps = false;
+    for (int i = 0; i < model().prescribed_sites; ++i) {
+        const Vec3 velocity = motions[i]->at(time).velocity;
+        const Vec3& before = state_.velocity[model().free_sites + i];
+        jumps = jumps || (velocity - before).norm() > kRounding * (1.0 + before.norm());
+    }
+    for (std::size_t i = 0; i < payouts_.size(); ++i) {
+        const double before = state_.winches[i].rate;
+        jumps = jumps || std::abs(payout_at(i, time).rate - before) > kRounding * (1.0 + std::abs(before));
+    }
+    if (jumps && integrator_->damps_snaps()) state_.damped_steps = std::max(state_.damped_steps, 1);
 }
 
 void Simulator::solve_accelerations() {
@@ -181,7 +205,8 @@ void Simulator::step(double t_end, const Motions& motions) {
     if (span == 0.0) return;
     const double full_step = control_ ? max_step_ : span / std::max(1.0, std::ceil(span / max_step_ * (1.0 - 1e-12)));
     const double smallest_step = control_ ? control_->min_step : std::ldexp(full_step, -kMostHalvings);
-    double h = control_ && state_.next_step > 0.0 ? std::min(full_step, state_.next_step) : full_step;
+    double h = control_ && state_.next_step > 0.0 ? std::clamp(state_.next_step, smallest_step, full_step) : full_step;
+    meet(motions);
     int halvings = 0;
     while (state_.time < t_end) {
         const double remaining = t_end - state_.time;
@@ -325,11 +350,16 @@ void Simulator::step_to(double t_end, const Vec3& position, const Vec3& velocity
 }
 
 void Simulator::restore(const std::string& bytes) {
-    state_.restore(bytes);
-    equations_.evaluate(state_);
-    if (balance_) balance_->begin(equations_, state_);
-    contacts_.forget();
-    contacts_.look(state_);
+    State restored = state_;
+    restored.restore(bytes);
+    std::swap(state_, restored);
+    try {
+        begin();
+    } catch (...) {
+        state_ = restored;
+        equations_.evaluate(state_);
+        throw;
+    }
 }
 
 }  // namespace sim_core

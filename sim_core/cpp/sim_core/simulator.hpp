@@ -61,6 +61,10 @@ struct StepStatistics {
 /// the next two likewise: momentum is conserved, what the step cannot resolve is damped, as in an inelastic
 /// impact. An integrator may decline that (Integrator::damps_snaps).
 ///
+/// Where the velocity of a prescribed point or the rate of a winch jumps from one call of step() to the next, or from the
+/// state, the force of damping jumps with it and the accelerations are not those that the state remembers: the first
+/// step is then one of implicit Euler, which asks for none.
+///
 /// Not safe for use from several threads at once; use one simulator each.
 class Simulator {
   public:
@@ -96,7 +100,8 @@ class Simulator {
     /// What touched the tank since the start, or since the state was restored.
     const ContactWatch& contacts() const { return contacts_; }
 
-    /// Replaces the state by a saved one of the same model.
+    /// Replaces the state by a saved one of a model of the same layout. A state whose accelerations are unknown gets them.
+    /// Throws InvalidInput (State::restore) or ConvergenceError, and the simulator is as it was.
     void restore(const std::string& bytes);
 
   private:
@@ -107,7 +112,9 @@ class Simulator {
     double step_error(double h);
     void remember_tensions();
     bool snapped() const;
+    void begin();
     void solve_accelerations();
+    void meet(const Motions& motions);
     PayoutSample payout_at(std::size_t winch, double time) const;
     void check_payouts(double time) const;
     void wind();

@@ -317,6 +317,8 @@ State steady_tow(std::shared_ptr<const Model> given, const std::vector<Vec3>& po
         throw ConvergenceError(message.str());
     }
     state.model = given;
+    // What was solved for does not accelerate; in water that changes it does.
+    state.accelerations_known = !given->water.changes();
     return state;
 }
 
