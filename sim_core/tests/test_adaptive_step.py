@@ -111,8 +111,8 @@ def test_emergency_stop_takes_small_steps_only_while_it_lasts(nit_model):
         result = sc.run(model, motion, state=state, t_end=8.0, output_step=1.0, **settings)
         return result.steps, result.bodies["fish"].position
 
-    _, exact = run(max_step=0.0005)
-    steps, adaptive = run(max_step=0.1, error_tolerance=1e-6)
+    _, exact = run(max_step=0.0001)
+    steps, adaptive = run(max_step=0.1, error_tolerance=1e-5)
     _, fixed = run(max_step=8.0 / steps)
     assert np.abs(adaptive - exact).max() < 2e-3
     assert np.abs(adaptive - exact).max() < np.abs(fixed - exact).max()

@@ -135,7 +135,8 @@ def test_keeps_its_balance_or_says_where_and_when_it_fails(outcomes):
             e = outcome.energy
             assert np.isfinite(e["numerical"]).all(), seed
             rounding = 1e-9 * outcome.steps * 1e4  # J, for weights up to 10 kN
-            assert np.all(np.abs(e["numerical"]) <= SHARE * e["exchanged"] + rounding), seed
+            lost = np.abs(e["numerical"] + e["impact"])  # what snaps lose counts as well
+            assert np.all(lost <= SHARE * e["exchanged"] + rounding), seed
             assert np.abs(e["other"]).max() <= 1e-6 * (1 + e["exchanged"][-1]), seed
 
 
@@ -144,7 +145,7 @@ def test_nearly_all_finish(outcomes):
 
 
 def test_impacts_only_lose_energy(outcomes):
-    """The steps that take a snap as an inelastic impact stand apart, and make no energy."""
+    """What no step resolves where a line snaps makes no energy."""
     results = [outcome for outcome in outcomes if not isinstance(outcome, str)]
     assert sum(result.snaps > 0 for result in results) > 20
     for result in results:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "equations.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -120,6 +121,7 @@ Equations::Equations(std::shared_ptr<const Model> model)
       contacts_(model_->contact_places.size()),
       site_force_(model_->sites()),
       residual_(model_->blocks()),
+      pull_(model_->blocks()),
       block_length_(model_->blocks(), 1.0) {
     for (const Model::Segment& segment : model_->segments) constants_of_.push_back(segment.constants);
     on_drum_.resize(model_->lines.size(), 0);
@@ -511,6 +513,36 @@ void Equations::add_bending(const State& state, const Rates& rates) {
         add_elastic<2>(J, state, m.clamps[i].site, m.clamps[i].slot, {force, -force}, stiffness, rates);
         if (m.is_attached(m.clamps[i].site[0])) add_turning_clamp(J, state, m.clamps[i], spring, h, rates);
     }
+}
+
+double Equations::mobility(const State& state, int index) {
+    const Model& m = *model_;
+    const Model::Segment& segment = m.segments[index];
+    const Vec3& t = segments_[index].tangent;
+    struct Part {
+        int block;
+        Vec3 direction;
+    };
+    std::array<Part, 4> parts;
+    std::size_t count = 0;
+    for (int end = 0; end < 2; ++end) {
+        const Vec3 pull = end == 0 ? t : Vec3(-t);
+        const int site = segment.site[end];
+        if (m.is_free(site)) {
+            if (state.moves_freely(site)) parts[count++] = {site, pull};
+        } else if (m.is_attached(site)) {
+            const Model::Attachment& attachment = m.attachments[m.attachment_of(site)];
+            const Quat& attitude = state.bodies[attachment.body].attitude;
+            parts[count++] = {m.translation_block(attachment.body), pull};
+            parts[count++] = {m.rotation_block(attachment.body), attachment.place.cross(attitude.conjugate() * pull)};
+        }
+    }
+    for (Vec3& value : pull_) value.setZero();
+    for (std::size_t i = 0; i < count; ++i) pull_[parts[i].block] += parts[i].direction;
+    solver_.solve(pull_);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < count; ++i) sum -= parts[i].direction.dot(pull_[parts[i].block]);  // J is −M
+    return sum;
 }
 
 void Equations::solve(std::vector<Vec3>& displacement) const {

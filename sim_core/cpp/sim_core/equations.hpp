@@ -71,6 +71,13 @@ class Equations {
         double moment, curvature;
     };
     Bending bending(int line, int node) const;
+    /// How much a unit of tension in a segment changes the rate at which its ends move apart: Σ 1/m over the masses that
+    /// it pulls, added mass and turning bodies included, 1/kg. The matrix of the masses, {0, 0, 1}, must be factored.
+    double mobility(const State& state, int segment);
+    /// Stiffness of a segment at the last evaluated state as it would be if taut, N/m.
+    double axial_stiffness(int segment) const {
+        return segments_[segment].axial_stiffness / constants_[constants_of_[segment]].length;
+    }
 
     /// Whether a segment is fully taut (beyond the rounding of its tension at slack) at the last evaluated state.
     bool taut(int segment) const { return segments_[segment].tension_slope == 1.0; }
@@ -111,6 +118,7 @@ class Equations {
     std::vector<ContactForce> contacts_;  ///< of the model's contact places
     std::vector<Vec3> site_force_;
     std::vector<Vec3> residual_;
+    std::vector<Vec3> pull_;  ///< room for mobility
     std::vector<double> block_length_;  ///< 1 for a translation, half the body's length for a rotation
     SegmentJacobian segment_jacobian_;
 };

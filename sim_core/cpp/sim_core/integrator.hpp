@@ -47,7 +47,7 @@ class Integrator {
     /// Whether the simulator may choose the step by an estimate of its error (see StepControl).
     virtual bool adaptive() const { return true; }
 
-    /// Whether the simulator may take a step with implicit Euler instead when a line snaps (see Simulator).
+    /// Whether the simulator may take a step with implicit Euler instead where a line snaps unresolved (see Simulator).
     virtual bool damps_snaps() const { return true; }
 };
 

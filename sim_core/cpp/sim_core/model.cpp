@@ -56,7 +56,6 @@ SegmentConstants segment_constants(const LineSection& section, double line_weigh
     }
     c.axial_damping = p.axial_damping;
     c.slack_tension = p.slack_tension.value_or(0.01 * line_weight);
-    c.snap_tension = line_weight;
     c.buckling_force = std::numbers::pi * std::numbers::pi * p.bending_stiffness / (c.length * c.length);
     c.half_mass = p.mass_per_length * half;
     c.half_weight = c.half_mass * water.gravity;

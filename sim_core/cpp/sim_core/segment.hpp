@@ -19,7 +19,6 @@ struct SegmentConstants {
     double slack_tension;     ///< N: the tension is rounded off within this of its lower bound
     double buckling_force;    ///< N: the compression at which the segment gives way, π²EI/ℓ²; 0 without EI
     double length_rate;       ///< m/s, of the unstretched length: not 0 where a winch runs
-    double snap_tension;      ///< N: a jump from or to slack by more than this in one step is a snap
     double half_mass;         ///< kg
     double half_weight;       ///< N, in air
     double half_buoyancy;     ///< N, immersed

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <sstream>
 #include <utility>
 
@@ -13,7 +14,18 @@ namespace sim_core {
 
 namespace {
 
-constexpr int kDampedSteps = 2;  ///< that follow a snap
+/// ω h beyond which a snap is not resolved: three steps a period. Newmark's schemes stop and turn back within a step what has
+/// come that far, and what they then remember of its acceleration goes wrong.
+constexpr double kResolved = 2.0;
+/// The same with step control, which can make the steps smaller: what it takes as resolved is so within some per cent. Between
+/// these bounds light nodes that hit again and again gain energy, and the control would follow them without end.
+constexpr double kResolvedByControl = 0.5;
+
+/// Bound of the error of the stretch that a segment reaches after a resolved snap, m: (ω h)²/4 of w/ω.
+double peak_error(const Snap& snap) {
+    const double omega_h = 2.0 * std::numbers::pi / snap.steps_per_period;
+    return 0.25 * omega_h * omega_h * snap.reach;
+}
 
 }  // namespace
 
@@ -32,6 +44,7 @@ Simulator::Simulator(const State& state, std::shared_ptr<const Integrator> integ
       payouts_(state.model->winches.size()),
       start_tension_(state.model->segments.size()),
       start_taut_(state.model->segments.size()),
+      peak_tension_(state.model->segments.size()),
       contacts_(*state.model) {
     if (!(max_step > 0.0) || !std::isfinite(max_step)) throw InvalidInput("max_step must be above 0 s");
     if (!(newton.tolerance > 0.0)) throw InvalidInput("newton_tolerance must be above 0");
@@ -58,6 +71,8 @@ void Simulator::begin() {
     if (balance_) balance_->begin(equations_, state_);
     contacts_.forget();
     contacts_.look(state_);
+    for (std::size_t i = 0; i < peak_tension_.size(); ++i) peak_tension_[i] = equations_.tension(static_cast<int>(i));
+    least_resolved_snap_.reset();
 }
 
 void Simulator::meet(const Motions& motions) {
@@ -182,14 +197,29 @@ void Simulator::remember_tensions() {
     }
 }
 
-bool Simulator::snapped() const {
+std::optional<Snap> Simulator::find_snap(double h) {
+    std::optional<Snap> worst;
+    bool factored = false;
     for (std::size_t i = 0; i < start_tension_.size(); ++i) {
         const int segment = static_cast<int>(i);
         if (equations_.taut(segment) == static_cast<bool>(start_taut_[i])) continue;
-        const double limit = model().segment_constants[model().segments[i].constants].snap_tension;
-        if (std::abs(equations_.tension(segment) - start_tension_[i]) > limit) return true;
+        if (!factored) {
+            factored = true;
+            equations_.assemble(state_, {0.0, 0.0, 1.0});
+            equations_.factor();
+        }
+        const double mobility = equations_.mobility(state_, segment);
+        const double jump = std::abs(equations_.tension(segment) - start_tension_[i]);
+        if (jump * mobility <= model().water.gravity) continue;
+        const double frequency = std::sqrt(equations_.axial_stiffness(segment) * mobility);
+        const double steps = 2.0 * std::numbers::pi / (frequency * h);
+        const int(&site)[2] = model().segments[i].site;
+        const Vec3 span = backup_.position[site[1]] - backup_.position[site[0]];
+        const double speed = std::abs(span.normalized().dot(backup_.velocity[site[1]] - backup_.velocity[site[0]]));
+        const double reach = speed / frequency;
+        if (!worst || steps < worst->steps_per_period) worst = Snap{segment, state_.time, steps, reach};
     }
-    return false;
+    return worst;
 }
 
 void Simulator::step(double t_end, const Motions& motions) {
@@ -219,28 +249,34 @@ void Simulator::step(double t_end, const Motions& motions) {
         remember_tensions();
         bool damped = state_.damped_steps > 0;
         NewtonResult result = attempt(damped ? damped_integrator_ : *integrator_, size, next_time, motions);
-        const bool snap = result.converged && integrator_->damps_snaps() && snapped();
-        if (snap && !damped) {
+        std::optional<Snap> snap;
+        if (result.converged && integrator_->damps_snaps()) snap = find_snap(size);
+        const double resolved = control_ ? kResolvedByControl : kResolved;
+        const bool impact = snap && 2.0 * std::numbers::pi > resolved * snap->steps_per_period;
+        if (snap) snap->impact = impact;
+        if (impact && !damped) {
             damped = true;
             state_ = backup_;
             result = attempt(damped_integrator_, size, next_time, motions);
         }
         if (result.converged) {
-            // The estimate means nothing in an impact, whose acceleration the step does not resolve.
-            const double ratio = control_ && !damped ? step_error(size) / control_->tolerance : 0.0;
+            double error = control_ ? step_error(size) : 0.0;
+            if (snap && !impact) error = std::max(error, peak_error(*snap));
+            const double ratio = control_ ? error / control_->tolerance : 0.0;
             state_.time = next_time;
             const EnergyBalance* energy = nullptr;
             if (balance_ && ratio <= 1.0) {
                 const double end_share = damped ? damped_integrator_.end_share() : integrator_->end_share();
                 // The step in which a line comes taut only takes it to its length; what moves is stopped in the next.
-                const bool impact = snap || backup_.damped_steps == kDampedSteps;
-                energy = &balance_->measure_step(backup_, state_, equations_, end_share, impact);
+                const bool stops = impact || backup_.damped_steps == State::kMostDampedSteps;
+                energy = &balance_->measure_step(backup_, state_, equations_, end_share, stops);
             }
             const bool balanced = !watch_ || !energy || keeps_balance(*energy);
             if (ratio <= 1.0 && balanced) {
-                accept(size, snap);
+                if (snap) note(*snap);
+                accept(size, impact);
                 wind();
-                if (control_ && !damped) {
+                if (control_) {
                     const double growth = 0.9 * std::pow(std::max(ratio, 1e-4), -0.7 / 3.0) *
                                           std::pow(std::max(state_.error_ratio, 1e-4), 0.4 / 3.0);
                     // A step cut short to end at t_end is no reason to go on with shorter ones.
@@ -267,7 +303,7 @@ void Simulator::step(double t_end, const Motions& motions) {
                     message << "the error of a step of " << size << " s is " << ratio * control_->tolerance << " m";
                 } else {
                     step_error(size);
-                    message << "the energy balance is off by " << balance_->energy().numerical + energy->numerical
+                    message << "the energy balance is off by " << remainder(balance_->energy()) + remainder(*energy)
                             << " J of " << balance_->energy().exchanged + energy->exchanged << " J with a step of "
                             << size << " s";
                 }
@@ -297,19 +333,32 @@ void Simulator::step(double t_end, const Motions& motions) {
 bool Simulator::keeps_balance(const EnergyBalance& step) const {
     const EnergyBalance& before = balance_->energy();
     const double rounding = 1e-9 * model().force_scale;
-    return std::abs(step.numerical) <= watch_->tolerance * step.exchanged + rounding ||
-           std::abs(before.numerical + step.numerical) <= watch_->tolerance * (before.exchanged + step.exchanged);
+    return std::abs(remainder(step)) <= watch_->tolerance * step.exchanged + rounding ||
+           std::abs(remainder(before) + remainder(step)) <= watch_->tolerance * (before.exchanged + step.exchanged);
 }
 
-void Simulator::accept(double size, bool snap) {
+double Simulator::remainder(const EnergyBalance& energy) const {
+    return watch_->inelastic_snaps ? energy.numerical : energy.numerical + energy.impact;
+}
+
+void Simulator::note(const Snap& snap) {
+    ++statistics_.snaps;
+    if (snap.impact) ++statistics_.impacts;
+    const auto resolution = [](const Snap& s) { return std::pair(!s.impact, s.steps_per_period); };
+    if (!least_resolved_snap_ || resolution(snap) < resolution(*least_resolved_snap_)) least_resolved_snap_ = snap;
+}
+
+void Simulator::accept(double size, bool impact) {
     if (balance_) balance_->add_step();
     state_.rebase_attitudes();
     state_.last_step = size;
     contacts_.look(state_);
     ++statistics_.steps;
-    if (snap) {
-        ++statistics_.snaps;
-        state_.damped_steps = kDampedSteps;
+    for (std::size_t i = 0; i < peak_tension_.size(); ++i) {
+        peak_tension_[i] = std::max(peak_tension_[i], equations_.tension(static_cast<int>(i)));
+    }
+    if (impact) {
+        state_.damped_steps = State::kMostDampedSteps;
     } else if (state_.damped_steps > 0) {
         --state_.damped_steps;
     }

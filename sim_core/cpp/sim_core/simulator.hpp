@@ -41,6 +41,17 @@ struct StepControl {
 /// a step.
 struct EnergyWatch {
     double tolerance;
+    /// What is lost where a snap is not resolved belongs to the physics, an inelastic impact, and is no remainder.
+    bool inelastic_snaps = false;
+};
+
+/// A line that went taut or slack with a jump of tension within a step.
+struct Snap {
+    int segment;
+    double time;              ///< s, at the end of the step
+    double steps_per_period;  ///< of the ends of the segment against one another
+    double reach;             ///< m: how far they swing with the speed at which they met, w/ω
+    bool impact = false;      ///< not resolved, and taken as an inelastic impact
 };
 
 struct StepStatistics {
@@ -49,17 +60,20 @@ struct StepStatistics {
     std::int64_t halvings = 0;           ///< attempts that Newton's iteration could not solve
     std::int64_t rejections = 0;         ///< attempts with too large an error, estimated or of the energy balance
     std::int64_t snaps = 0;              ///< steps in which a line went taut or slack with a jump
+    std::int64_t impacts = 0;            ///< those of them that were not resolved and taken as inelastic impacts
 };
 
 /// Advances one state in time.
 ///
 /// A step that Newton's iteration cannot solve is tried again with half the size, down to 2⁻¹² of
 /// `max_step`; then ConvergenceError names the place and the time, and the state stays at the last good instant.
-/// When a line snaps (a segment goes from slack to taut or back in one step, with a tension above the line's weight in
-/// air), the stress wave in it is far beyond the step's resolution, and a scheme that keeps energy or remembers
-/// accelerations turns it into motion that is not there. Such a step is taken again with implicit Euler, and
-/// the next two likewise: momentum is conserved, what the step cannot resolve is damped, as in an inelastic
-/// impact. An integrator may decline that (Integrator::damps_snaps).
+/// A line snaps where a segment goes from slack to taut or back within a step, and the jump of its tension changes the
+/// acceleration of its ends against one another by more than gravity's. Whether the step resolves that is a matter of
+/// ω = √(k Σ1/m), the frequency of these ends on the segment. Up to ω h = 2 (with step control ½) the integrator goes on by itself. Beyond, a scheme
+/// that keeps energy or remembers accelerations would turn what it does not resolve into motion that is not there: such a
+/// step is taken again with implicit Euler, and the next two likewise. Momentum is conserved, what the step
+/// cannot resolve is damped, as in an inelastic impact. Step control and energy watch judge these steps like all
+/// others. An integrator may decline that (Integrator::damps_snaps).
 ///
 /// Where the velocity of a prescribed point or the rate of a winch jumps from one call of step() to the next, or from the
 /// state, the force of damping jumps with it and the accelerations are not those that the state remembers: the first
@@ -97,6 +111,11 @@ class Simulator {
     void start_balance();
     /// None until it was started. Restoring a state starts it anew.
     const std::optional<Balance>& balance() const { return balance_; }
+    /// The impact, or where there was none the snap, with the fewest steps per period since the start, or since a state was
+    /// restored.
+    const std::optional<Snap>& least_resolved_snap() const { return least_resolved_snap_; }
+    /// The largest tension of a segment of the whole model at the end of any step, likewise, N.
+    double peak_tension(int segment) const { return peak_tension_[segment]; }
     /// What touched the tank since the start, or since the state was restored.
     const ContactWatch& contacts() const { return contacts_; }
 
@@ -107,11 +126,13 @@ class Simulator {
   private:
     NewtonResult attempt(const Integrator& integrator, double h, double t_end, const Motions& motions);
     NewtonResult solve(const Scheme& scheme, double h, double t_end, const Motions& motions);
-    void accept(double size, bool snap);
+    void accept(double size, bool impact);
+    void note(const Snap& snap);
     bool keeps_balance(const EnergyBalance& step) const;
+    double remainder(const EnergyBalance& energy) const;
     double step_error(double h);
     void remember_tensions();
-    bool snapped() const;
+    std::optional<Snap> find_snap(double h);
     void begin();
     void solve_accelerations();
     void meet(const Motions& motions);
@@ -134,6 +155,8 @@ class Simulator {
     Motions one_motion_{nullptr};  ///< room for step_to
     std::vector<double> start_tension_;  ///< of each segment at the start of the step, N
     std::vector<char> start_taut_;
+    std::vector<double> peak_tension_;
+    std::optional<Snap> least_resolved_snap_;
     int worst_error_block_ = 0;  ///< of the last step error
     StepStatistics statistics_;
     ContactWatch contacts_;

@@ -80,7 +80,7 @@ from sim_core.mass_properties import (
 )
 from sim_core.moordyn_file import MoorDynDeck, read_moordyn
 from sim_core.plotting import animate, plot_bending, plot_loads, plot_shape
-from sim_core.result import BodyHistory, LineHistory, PlaceHistory, PointHistory, Result
+from sim_core.result import BodyHistory, LineHistory, PlaceHistory, PointHistory, Result, Snap
 from sim_core.running import run
 from sim_core.static_stability import StaticStability, static_stability, trimmed_pitch
 from sim_core.system import (
@@ -143,6 +143,7 @@ __all__ = [
     "SingleStepHoubolt",
     "Sinusoid",
     "SliderCrank",
+    "Snap",
     "State",
     "StaticStability",
     "SteadyPayout",

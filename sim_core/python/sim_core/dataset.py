@@ -103,6 +103,8 @@ def to_dataset(result: Result) -> xarray.Dataset:
             if bending is not None:
                 long_name = f"line {name}: {what} at its nodes"
                 add(f"{label}_{name}", ("time", node), bending, units, long_name)
+        what = f"line {name}: largest tension of all steps from its start to its end"
+        add(f"peak_tension_{name}", (segment,), line.peak_tensions, "N", what)
     dataset: xarray.Dataset = xr.Dataset(
         variables,
         coordinates,
@@ -116,6 +118,7 @@ def to_dataset(result: Result) -> xarray.Dataset:
             "newton_iterations": result.newton_iterations,
             "halvings": result.halvings,
             "snaps": result.snaps,
+            "impacts": result.impacts,
         },
     )
     return dataset

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_GOOD_PEAK = 0.05  # of a peak tension, that needs no warning
+
 
 @dataclass(frozen=True)
 class PointHistory:
@@ -119,10 +121,30 @@ class LineHistory:
     #: halves of the segments there, which the tensions of these segments lack
     start_tension: Array
     end_tension: Array
+    peak_tensions: Array  #: (segments,) N, the largest of all steps, also between the samples
     #: (samples, segments + 1) N·m and 1/m at the nodes; None for a limp line
     bending_moments: Array | None = None
     curvatures: Array | None = None
     paid_out: Array | None = None  #: (samples,) m, unstretched, of a line on a winch
+
+
+@dataclass(frozen=True)
+class Snap:
+    """A line that went taut or slack with a jump of tension, and how well the steps resolve it."""
+
+    line: str
+    time: float  #: s
+    steps_per_period: float  #: of the ends of the segment that snapped against one another
+    impact: bool  #: not resolved, but taken as an inelastic impact (implicit Euler)
+
+    @property
+    def peak_error(self) -> float:
+        """Bound of how far the peak may be off that a mass on this segment reaches, as a share.
+
+        10/n² for n steps per period with the integrators of second order (theory.md, Snaps); 1 for
+        an inelastic impact, which has no rebound and no bound.
+        """
+        return 1.0 if self.impact else min(1.0, 10.0 / self.steps_per_period**2)
 
 
 @dataclass(frozen=True)
@@ -139,6 +161,8 @@ class Result:
     halvings: int  #: steps repeated with half the size
     rejections: int  #: steps repeated because their error was above a tolerance
     snaps: int  #: steps in which a line snapped taut or slack
+    impacts: int  #: those of them that no step resolved: inelastic impacts
+    least_resolved_snap: Snap | None  #: an impact if there was one
     energy: Mapping[str, Array]  #: (samples,) J of each form of EnergyBalance, if asked for
     momentum: Mapping[str, Array]  #: (samples, 3) N·s of each form of MomentumBalance, if asked for
     events: tuple[Contact, ...]  #: what touched the tank, in order of time; the first 1000
@@ -147,6 +171,22 @@ class Result:
     def model(self) -> Model:
         """The model that was run."""
         return self.final_state.model
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What in the run is not resolved, in words: peak tensions at snaps."""
+        snap = self.least_resolved_snap
+        if snap is None or snap.peak_error <= _GOOD_PEAK:
+            return ()
+        if snap.impact:
+            what = f"so that {self.impacts} of {self.snaps} snaps were taken as inelastic impacts"
+            what += ", whose peak tensions are not resolved"
+        else:
+            what = f"peak tensions may be off by {100 * snap.peak_error:.0f} %"
+        return (
+            f"line '{snap.line}' snapped at t = {snap.time:.4g} s with {snap.steps_per_period:.2g} "
+            f"steps in a period of its segment, {what}; give error_tolerance or a smaller max_step",
+        )
 
     def to_xarray(self) -> xarray.Dataset:
         """The histories as a dataset with named coordinates, units and long names (CF).
@@ -181,9 +221,9 @@ class Result:
 
 
 def histories(
-    model: Model, arrays: Mapping[str, Array]
+    model: Model, arrays: Mapping[str, Array], peaks: Mapping[str, Array]
 ) -> tuple[dict[str, PointHistory], dict[str, BodyHistory], dict[str, LineHistory]]:
-    """Names the columns of a raw recording."""
+    """Names the columns of a raw recording; ``peaks`` are the peak tensions of each line."""
     position, velocity, acceleration = (
         arrays["position"],
         arrays["velocity"],
@@ -228,6 +268,7 @@ def histories(
             end_tension=ends[:, 1],
             bending_moments=None if bent is None else arrays["bending_moment"][:, slice(*bent)],
             curvatures=None if bent is None else arrays["curvature"][:, slice(*bent)],
+            peak_tensions=peaks[name],
             paid_out=arrays["paid_out"][:, winch] if winch >= 0 else None,
         )
     return points, bodies, lines

@@ -15,7 +15,7 @@ from sim_core._core import (
     _record_run,
     steady_tow,
 )
-from sim_core.result import Result, histories
+from sim_core.result import Result, Snap, histories
 
 
 def run(
@@ -30,6 +30,7 @@ def run(
     newton_tolerance: float | None = None,
     error_tolerance: float | None = None,
     energy_tolerance: float | None = None,
+    inelastic_snaps: bool = False,
     balance: bool = False,
     payout: Mapping[str, Payout] | None = None,
 ) -> Result:
@@ -41,7 +42,9 @@ def run(
     With an ``error_tolerance`` (m, of a step at the worst node) steps are chosen by their error, up
     to ``max_step`` (s). With ``balance`` the result says where energy and momentum went; with an
     ``energy_tolerance`` (0.01: 1 %) it is kept within that share of the energy exchanged, or the
-    run stops.
+    run stops; what is lost where a line snaps and no step resolves it counts as well, unless
+    ``inelastic_snaps`` says that in what is modelled it is lost.
+    How well snaps are resolved is in the result's ``least_resolved_snap`` and ``warnings``.
     ``payout`` has the law of each line whose winch runs, by name.
     Raises ConvergenceError (place and time) and InvalidInput.
     """
@@ -54,6 +57,7 @@ def run(
         max_step=max_step,
         error_tolerance=error_tolerance,
         energy_tolerance=energy_tolerance,
+        inelastic_snaps=inelastic_snaps,
         **({} if newton_tolerance is None else {"newton_tolerance": newton_tolerance}),  # type: ignore[arg-type]
     )
     if balance:
@@ -62,7 +66,9 @@ def run(
         simulator.set_payout(line, law)
     laws = motion if isinstance(motion, Motion) else dict(motion)
     arrays = _record_run(simulator, laws, t_end, output_step)
-    points, bodies, lines = histories(model, arrays)
+    peaks = {name: simulator.peak_tensions(name) for name in model.lines}
+    points, bodies, lines = histories(model, arrays, peaks)
+    snap = simulator.least_resolved_snap
     return Result(
         time=arrays["time"],
         points=points,
@@ -74,6 +80,8 @@ def run(
         halvings=simulator.halvings,
         rejections=simulator.rejections,
         snaps=simulator.snaps,
+        impacts=simulator.impacts,
+        least_resolved_snap=None if snap is None else Snap(*snap),
         energy=arrays.get("energy", {}),
         momentum=arrays.get("momentum", {}),
         events=tuple(simulator.contacts),

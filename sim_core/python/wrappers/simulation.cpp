@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/tuple.h>
+
+#include <algorithm>
+#include <tuple>
 
 #include "conversions.hpp"
 #include "sim_core/backward_euler.hpp"
@@ -83,6 +87,14 @@ void bind_readers(Class& cls, Get get) {
     }, "body"_a, "(4,) w, x, y, z of the unit quaternion body axes → tank axes.");
 }
 
+/// The name of the line that has a segment.
+std::string line_of(const Model& model, int segment) {
+    const auto has = [segment](const Model::Line& line) {
+        return segment >= line.first_segment && segment < line.first_segment + line.segments;
+    };
+    return std::find_if(model.lines.begin(), model.lines.end(), has)->name;
+}
+
 const Balance& counted(const Simulator& simulator) {
     if (!simulator.balance()) throw InvalidInput("nothing was counted: call start_balance() first");
     return *simulator.balance();
@@ -105,7 +117,7 @@ constexpr Form<EnergyBalance, double> kEnergyForms[] = {
     {"drag", &EnergyBalance::drag, "Work of drag and lift; of bodies, of the Munk moment too, J."},
     {"damping", &EnergyBalance::damping, "Work of structural damping, J."},
     {"other", &EnergyBalance::other, "Work of all other forces, J."},
-    {"impact", &EnergyBalance::impact, "Lost in steps with implicit Euler after a line snapped: an inelastic impact, J."},
+    {"impact", &EnergyBalance::impact, "Lost in steps with implicit Euler where a line snapped and the step did not resolve it, J."},
     {"numerical", &EnergyBalance::numerical, "What the integration in time makes or loses: the remainder, J."},
     {"exchanged", &EnergyBalance::exchanged, "Passed from one form to another in all, the measure for the remainder, J."},
 };
@@ -261,7 +273,9 @@ something was set by hand the simulator first solves for the accelerations.)");
             "The exact state as bytes (for this model, on machines of the same byte order).")
         .def(
             "restore", [](State& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
-            "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.")
+            "bytes"_a,
+            "Take over a saved state of a model of the same layout. InvalidInput if it is of another layout or damaged;\n"
+            "the state is then as it was.")
         .def("__copy__", [](const State& s) { return State(s); })
         .def("__deepcopy__", [](const State& s, nb::handle) { return State(s); }, "memo"_a)
         .def("__getstate__",
@@ -341,26 +355,30 @@ max_step/4096, then ConvergenceError is raised and the state stays at the last g
 error_tolerance: m; with it steps are chosen by their estimated error of displacement at the worst node (rotations count
 with half the body's length), from min_step (s, by default max_step/10000) to max_step; not for ForwardEuler.
 energy_tolerance: with it the balance of energy is counted and watched: a step that would bring its remainder above this
-share of all energy exchanged is halved, and where that does not help ConvergenceError is raised.
-A step in which a line snaps taut or slack (with a jump in tension above its weight in air) is taken with implicit
-Euler, and the two after it: an impact without rebound (not with ForwardEuler, whose instability it would hide).
+share of all energy exchanged is halved, and where that does not help ConvergenceError is raised. What unresolved snaps lose
+is part of the remainder, unless inelastic_snaps says that in what is modelled it is lost.
+A step in which a line snaps taut or slack faster than it can resolve (less than three steps in a period of the ends of
+the segment against one another, with error_tolerance 4 pi) is taken with implicit Euler, and the two after it: an impact without rebound (not with
+ForwardEuler, whose instability it would hide). See snaps, impacts and least_resolved_snap.
 The GIL is released while stepping; use each simulator from one thread at a time.)");
     simulator
         .def(
             "__init__",
             [](Simulator* self, const SharedModel& model, const State& state, std::shared_ptr<Integrator> integrator,
                double max_step, double newton_tolerance, int max_iterations, std::optional<double> error_tolerance,
-               std::optional<double> min_step, std::optional<double> energy_tolerance) {
+               std::optional<double> min_step, std::optional<double> energy_tolerance, bool inelastic_snaps) {
                 if (state.model != model.model) throw InvalidInput("the state belongs to another model");
                 if (!integrator) integrator = std::make_shared<GeneralizedAlpha>();
                 std::optional<StepControl> control;
                 if (error_tolerance) control = {*error_tolerance, min_step.value_or(1e-4 * max_step)};
                 new (self) Simulator(state, std::move(integrator), max_step, {max_iterations, newton_tolerance}, control,
-                                     energy_tolerance ? std::optional(EnergyWatch{*energy_tolerance}) : std::nullopt);
+                                     energy_tolerance ? std::optional(EnergyWatch{*energy_tolerance, inelastic_snaps})
+                                                      : std::nullopt);
             },
             "model"_a, "state"_a, nb::kw_only(), "integrator"_a = nb::none(), "max_step"_a = 0.005,
             "newton_tolerance"_a = NewtonSettings{}.tolerance, "max_iterations"_a = NewtonSettings{}.max_iterations,
-            "error_tolerance"_a = nb::none(), "min_step"_a = nb::none(), "energy_tolerance"_a = nb::none())
+            "error_tolerance"_a = nb::none(), "min_step"_a = nb::none(), "energy_tolerance"_a = nb::none(),
+            "inelastic_snaps"_a = false)
         .def(
             "step",
             [](Simulator& s, double t_end, const MotionArgument& motion) {
@@ -427,6 +445,15 @@ The GIL is released while stepping; use each simulator from one thread at a time
                 return along_line(s, name, &Equations::Bending::curvature);
             },
             "line"_a, "(segments + 1,) 1/m, likewise: bending moment over bending stiffness.")
+        .def(
+            "peak_tensions",
+            [](const Simulator& s, const std::string& name) {
+                const Model::Line& line = s.model().lines[s.model().line_index(name)];
+                Eigen::VectorXd tensions(line.segments);
+                for (int i = 0; i < line.segments; ++i) tensions[i] = s.peak_tension(line.first_segment + i);
+                return tensions;
+            },
+            "line"_a, "(segments,) N, the largest at the end of any step since the start or the last restore.")
         .def_prop_ro("state", [](const Simulator& s) { return State(s.state()); }, "A copy of the present state.")
         .def(
             "save",
@@ -437,7 +464,9 @@ The GIL is released while stepping; use each simulator from one thread at a time
             "The exact state as bytes: a simulator restored from it continues bit for bit alike.")
         .def(
             "restore", [](Simulator& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
-            "bytes"_a, "Take over a saved state of the same model; InvalidInput if it is of another.")
+            "bytes"_a,
+            "Take over a saved state of a model of the same layout, and solve for its accelerations if it was set by\n"
+            "hand. InvalidInput if it is of another layout or damaged; the simulator is then as it was.")
         .def_prop_ro(
             "contacts",
             [](const Simulator& s) {
@@ -471,7 +500,18 @@ The GIL is released while stepping; use each simulator from one thread at a time
         .def_prop_ro("rejections", [](const Simulator& s) { return s.statistics().rejections; },
                      "How often a step was repeated because of its error_tolerance or energy_tolerance.")
         .def_prop_ro("snaps", [](const Simulator& s) { return s.statistics().snaps; },
-                     "Steps in which a line snapped taut or slack.");
+                     "Steps in which a line snapped taut or slack.")
+        .def_prop_ro("impacts", [](const Simulator& s) { return s.statistics().impacts; },
+                     "Those of the snaps that no step resolved: taken as inelastic impacts.")
+        .def_prop_ro(
+            "least_resolved_snap",
+            [](const Simulator& s) -> std::optional<std::tuple<std::string, double, double, bool>> {
+                const auto& snap = s.least_resolved_snap();
+                if (!snap) return std::nullopt;
+                return std::tuple(line_of(s.model(), snap->segment), snap->time, snap->steps_per_period, snap->impact);
+            },
+            "Of the impact, or where there was none the snap, with the fewest steps per period since the start or the last\n"
+            "restore: line, time (s), steps per period, whether it is an impact.");
     bind_readers(simulator, [](const Simulator& s) -> const State& { return s.state(); });
 
     module.def(
