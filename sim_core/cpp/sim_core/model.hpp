@@ -44,7 +44,7 @@ struct Model {
         int segments;
         std::vector<int> sites;  ///< from start to end, segments + 1
         LineEnd ends[2];         ///< as they were described
-        std::vector<int> bends;  ///< per site, into Model::bends; −1 where the line holds no moment
+        std::vector<int> bends = {};  ///< per site, into Model::bends; −1 where the line holds no moment
         int clamps[2] = {-1, -1};  ///< of start and end, into Model::clamps
 
         bool bends_anywhere() const {
