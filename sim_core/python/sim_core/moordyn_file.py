@@ -3,7 +3,7 @@
 
 | MoorDyn | here |
 |---|---|
-| line type | LineProperties; EA may be a table; with static\\|dynamic EA two sections a segment |
+| line type | LineProperties; EA may be a table; of static\\|dynamic EA two sections a segment |
 | point: free; fixed or coupled | FreePoint, added mass Ca ρ V; PrescribedPoint |
 | rod: free | Body: an evenly filled cylinder, no Munk moment, CdEnd and CaEnd at both ends |
 | fixed or coupled | its ends are PrescribedPoints |

@@ -13,6 +13,8 @@ from sim_core._core import LineProperties
 from sim_core.moordyn_tables import Row, numbers_of_file
 
 _COLUMNS = ("TypeName", "Diam", "Mass/m", "EA", "BA", "EI", "Cd", "Ca", "CdAx", "CaAx")
+_Stiffness = float | list[tuple[float, float]]  # EA, N, or tension (N) over strain
+
 _CREEP = "give EA as static|dynamic stiffness or as a table"
 
 
@@ -22,14 +24,14 @@ class LineType:
 
     properties: LineProperties
     damping_ratio: float  #: of the critical damping of a segment; 0 if the damping is given
-    #: N, N s: a spring and dashpot in series with those of the properties; none if None
-    fast: tuple[float, float] | None
+    #: stiffness and damping (N s) of a spring and dashpot in series with those of the properties
+    fast: tuple[_Stiffness, float] | None
 
     def sections(self, length: float, segments: int) -> list[tuple[LineProperties, int]]:
         """Return the sections of a line of that type (length in m).
 
         A viscoelastic segment is two: its slow and its fast spring, each with its dashpot, in
-        series. Of half the segment's length each, they have half its EA and damping per strain.
+        series. Of half the segment's length each, they have twice its strain at a tension.
         """
         whole = self.properties.replace(length=length)
         if self.damping_ratio:
@@ -40,11 +42,13 @@ class LineType:
         if self.fast is None:
             return [(whole, segments)]
         half = whole.replace(length=length / segments / 2)
-        assert isinstance(half.axial_stiffness, float)
         slow = half.replace(
-            axial_stiffness=0.5 * half.axial_stiffness, axial_damping=0.5 * half.axial_damping
+            axial_stiffness=_at_twice_the_strain(half.axial_stiffness),
+            axial_damping=0.5 * half.axial_damping,
         )
-        fast = half.replace(axial_stiffness=0.5 * self.fast[0], axial_damping=0.5 * self.fast[1])
+        fast = half.replace(
+            axial_stiffness=_at_twice_the_strain(self.fast[0]), axial_damping=0.5 * self.fast[1]
+        )
         return segments * [(slow, 1), (fast, 1)]
 
 
@@ -75,11 +79,6 @@ def _line_type(row: Row, folder: Path) -> LineType:
     ea, ba = row.words[3].split("|"), row.words[4].split("|")
     if ea[0].upper().startswith("SYROPE") or len(ea) > 3:
         raise row.error(f"EA {row.words[3]}: the history of polyester is not supported: {_CREEP}")
-    if len(ea) == 3:
-        raise row.error(
-            f"EA {row.words[3]}: a dynamic stiffness that follows the mean tension is not "
-            f"supported: give EA as {ea[0]}|EAd with EAd = {ea[1]} + {ea[2]} · mean tension (N)"
-        )
     for column, parts in ((4, ba), (5, [row.words[5]])):
         if len(parts) > len(ea) or not all(map(_is_number, parts)):
             what = f"{_COLUMNS[column]} {row.words[column]}"
@@ -87,7 +86,7 @@ def _line_type(row: Row, folder: Path) -> LineType:
     real = [0.0, *(row.real(i, _COLUMNS[i]) for i in (1, 2)), 0.0, 0.0]
     real += [row.real(i, _COLUMNS[i]) for i in range(5, 9)]
     damping = row.real(4, "BA", ba[0])
-    stiffness: float | list[tuple[float, float]]
+    stiffness: _Stiffness
     if _is_number(ea[0]):
         stiffness = row.real(3, "EA", ea[0])
     elif len(ea) > 1:
@@ -96,15 +95,20 @@ def _line_type(row: Row, folder: Path) -> LineType:
         stiffness = _table(row, ea[0], folder)
         if damping < 0.0:
             raise row.error("BA: a damping ratio takes a constant EA: give BA in N s")
-    fast = None
-    if len(ea) == 2:
+    fast: tuple[_Stiffness, float] | None = None
+    if len(ea) > 1:
         assert isinstance(stiffness, float)
-        dynamic = row.real(3, "EA", ea[1])
-        if not dynamic > stiffness > 0.0:
+        dynamic, *slope = (row.real(3, "EA", word) for word in ea[1:])
+        if not dynamic > stiffness > 0.0 or min(slope, default=0.0) < 0.0:
             raise row.error(f"EA {row.words[3]}: the second, dynamic stiffness must be the larger")
-        fast = (dynamic, row.real(4, "BA", ba[1]) if len(ba) == 2 else 0.0)
+        damper = row.real(4, "BA", ba[1]) if len(ba) == 2 else 0.0
         # in series with the dynamic spring the slow one makes the static stiffness
-        stiffness = dynamic * stiffness / (dynamic - stiffness)
+        if slope and slope[0] > 0.0:
+            slow, quick = _springs_at_tension(stiffness, dynamic, slope[0])
+            stiffness, fast = slow, (quick, damper)
+        else:
+            fast = (dynamic, damper)
+            stiffness = dynamic * stiffness / (dynamic - stiffness)
     properties = LineProperties(
         length=1.0,
         diameter=real[1],
@@ -117,6 +121,30 @@ def _line_type(row: Row, folder: Path) -> LineType:
         tangential_drag=real[8],
     )
     return LineType(properties, max(-damping, 0.0), fast)
+
+
+def _at_twice_the_strain(stiffness: _Stiffness) -> _Stiffness:
+    if isinstance(stiffness, float):
+        return 0.5 * stiffness
+    return [(2.0 * strain, tension) for strain, tension in stiffness]
+
+
+def _springs_at_tension(
+    static: float, at_rest: float, slope: float
+) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Slow and fast spring where the dynamic stiffness is at_rest + slope · mean tension.
+
+    The fast one, dT/dε = at_rest + slope T, has this stiffness about any mean; in series with the
+    slow one it makes the static EA at all tensions. Up to a static strain of 0.2, then straight.
+    """
+    slow, fast = [(0.0, 0.0)], [(0.0, 0.0)]
+    count = 40
+    for i in range(1, count + 1):
+        tension = 0.2 * static * (i / count) ** 2
+        quick = math.log1p(slope * tension / at_rest) / slope
+        fast.append((quick, tension))
+        slow.append((tension / static - quick, tension))
+    return slow, fast
 
 
 def _is_number(word: str) -> bool:
