@@ -263,8 +263,8 @@ class AdcBoard:
         self.drive_state: DriveState | None = None
         self.identity: Identity | None = None
         self._heard_ns: int | None = None  # when the last good frame came that was not old
-        self._read_ns = 0  # when the line was last read
-        self._behind = True  # what is read has waited for an unknown time
+        self._read_ns = monotonic_ns()  # when the line was last read, or opened
+        self._behind = False  # what is read has waited for an unknown time
         self._spoke_ns = 0  # when the last byte went out, or the line was opened
         self._silent_s = self._scanless_s = 0.0  # of waiting
         self._silent_bytes = 0
@@ -312,6 +312,7 @@ class AdcBoard:
         Who has known the board before sees a power cut, which its boot count does not tell.
         """
         self._transport = transport
+        self._read_ns = self._now_ns()
         self._streaming = False
         self._line_gone = self._reopened = False
         self._heard_ns = None
@@ -713,6 +714,7 @@ class AdcBoard:
         self._transport.reopen(left_s, reset=self._reset_wanted)
         self._line_gone, self._reopened = False, True
         self._heard_ns, self._silent_s, self._silent_bytes = None, 0.0, 0
+        self._read_ns = self._now_ns()
         self._reader.reset()
         self.statistics.reconnections += 1
 
