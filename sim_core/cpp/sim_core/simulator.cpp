@@ -75,21 +75,21 @@ void Simulator::begin() {
     least_resolved_snap_.reset();
 }
 
-void Simulator::meet(const Motions& motions) {
+bool Simulator::jumps(const Motions& motions) const {
     // A law may jump at this very instant: what it says just after it is what counts.
     const double time = state_.time + 1e-12 * (1.0 + std::abs(state_.time));
     constexpr double kRounding = 1e-6;  // at 1e5 m/s² what smooth laws change by till then
-    bool jumps = false;
+    bool jump = false;
     for (int i = 0; i < model().prescribed_sites; ++i) {
         const Vec3 velocity = motions[i]->at(time).velocity;
         const Vec3& before = state_.velocity[model().free_sites + i];
-        jumps = jumps || (velocity - before).norm() > kRounding * (1.0 + before.norm());
+        jump = jump || (velocity - before).norm() > kRounding * (1.0 + before.norm());
     }
     for (std::size_t i = 0; i < payouts_.size(); ++i) {
         const double before = state_.winches[i].rate;
-        jumps = jumps || std::abs(payout_at(i, time).rate - before) > kRounding * (1.0 + std::abs(before));
+        jump = jump || std::abs(payout_at(i, time).rate - before) > kRounding * (1.0 + std::abs(before));
     }
-    if (jumps && integrator_->damps_snaps()) state_.damped_steps = std::max(state_.damped_steps, 1);
+    return jump;
 }
 
 void Simulator::solve_accelerations() {
@@ -236,7 +236,7 @@ void Simulator::step(double t_end, const Motions& motions) {
     const double full_step = control_ ? max_step_ : span / std::max(1.0, std::ceil(span / max_step_ * (1.0 - 1e-12)));
     const double smallest_step = control_ ? control_->min_step : std::ldexp(full_step, -kMostHalvings);
     double h = control_ && state_.next_step > 0.0 ? std::clamp(state_.next_step, smallest_step, full_step) : full_step;
-    meet(motions);
+    bool jump = integrator_->damps_snaps() && jumps(motions);
     int halvings = 0;
     while (state_.time < t_end) {
         const double remaining = t_end - state_.time;
@@ -247,7 +247,7 @@ void Simulator::step(double t_end, const Motions& motions) {
         check_payouts(next_time);
         backup_ = state_;
         remember_tensions();
-        bool damped = state_.damped_steps > 0;
+        bool damped = state_.damped_steps > 0 || jump;
         NewtonResult result = attempt(damped ? damped_integrator_ : *integrator_, size, next_time, motions);
         std::optional<Snap> snap;
         if (result.converged && integrator_->damps_snaps()) snap = find_snap(size);
@@ -275,6 +275,7 @@ void Simulator::step(double t_end, const Motions& motions) {
             if (ratio <= 1.0 && balanced) {
                 if (snap) note(*snap);
                 accept(size, impact);
+                jump = false;
                 wind();
                 if (control_) {
                     const double growth = 0.9 * std::pow(std::max(ratio, 1e-4), -0.7 / 3.0) *

@@ -135,7 +135,7 @@ class Simulator {
     std::optional<Snap> find_snap(double h);
     void begin();
     void solve_accelerations();
-    void meet(const Motions& motions);
+    bool jumps(const Motions& motions) const;
     PayoutSample payout_at(std::size_t winch, double time) const;
     void check_payouts(double time) const;
     void wind();
