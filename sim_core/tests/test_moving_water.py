@@ -104,6 +104,11 @@ def test_gradients_are_those_of_the_motion(depth, place, time, ramp_time):
             )
             gradient = getattr(here, f"{of}_gradient")[:, axis]
             assert gradient == pytest.approx(slope, abs=1e-8)
+        slope = difference(
+            lambda s, step=step: water.motion(place + s * step, time).velocity_gradient, h
+        )
+        curvature = np.array(here.velocity_curvature)[:, :, axis]
+        assert curvature == pytest.approx(slope, abs=1e-7)  # another factor k, about 3
         if axis < 2:
             slope = difference(
                 lambda s, step=step: water.motion(place + s * step, time).elevation, h

@@ -82,9 +82,9 @@ class TwoPartTow:
             "secondary": self.secondary,
         }
 
-    def model(self, fish_as_point: bool = False) -> sc.Model:
+    def model(self, fish_as_point: bool = False, waves: sc.Sea | None = None) -> sc.Model:
         """The tow in sim_core; the fish may be a point mass of its weight and drag along x."""
-        b = sc.ModelBuilder(sc.Water(density=DENSITY, gravity=GRAVITY))
+        b = sc.ModelBuilder(sc.Water(density=DENSITY, gravity=GRAVITY, waves=waves))
         b.add_prescribed_point("tow_point")
         b.add_free_point("junction")
         sphere = self.depressor

@@ -26,6 +26,7 @@ ON_ONE_CORE = (
     vs_cabledyn.measure,
     growth.measure_growth,
     growth.measure_step,
+    growth.measure_waves,
     deep_tow.measure,
     first_step.measure,
     dense_newton.measure,

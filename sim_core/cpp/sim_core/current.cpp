@@ -60,23 +60,35 @@ VelocityTable::VelocityTable(const std::string& name, std::vector<std::pair<doub
     }
 }
 
-void VelocityTable::at(double coordinate, Vec3& velocity, Vec3& slope) const {
-    if (coordinate < rows_.front().first || coordinate > rows_.back().first) {
-        velocity = (coordinate < rows_.front().first ? rows_.front() : rows_.back()).second;
-        slope.setZero();
-        return;
-    }
+bool VelocityTable::is_beyond(double coordinate) const {
+    return coordinate < rows_.front().first || coordinate > rows_.back().first;
+}
+
+VelocityTable::Piece VelocityTable::piece(double coordinate) const {
     const auto above = std::upper_bound(rows_.begin() + 1, rows_.end() - 1, coordinate,
                                         [](double value, const auto& row) { return value < row.first; });
     const std::size_t i = static_cast<std::size_t>(above - rows_.begin()) - 1;
     const double h = rows_[i + 1].first - rows_[i].first;
-    const double s = (coordinate - rows_[i].first) / h;
     const Vec3 rise = rows_[i + 1].second - rows_[i].second;
-    const Vec3 bend0 = h * slopes_[i] - rise;
-    const Vec3 bend1 = rise - h * slopes_[i + 1];
-    // Hermite's cubic: start + s rise + s (1 − s) [(1 − s) bend0 + s bend1]
-    velocity = rows_[i].second + s * rise + (s * (1.0 - s)) * ((1.0 - s) * bend0 + s * bend1);
-    slope = (rise + ((1.0 - s) * (1.0 - 3.0 * s)) * bend0 + (s * (2.0 - 3.0 * s)) * bend1) / h;
+    return {h, (coordinate - rows_[i].first) / h, rows_[i].second, rise, h * slopes_[i] - rise, rise - h * slopes_[i + 1]};
+}
+
+void VelocityTable::at(double coordinate, Vec3& velocity, Vec3& slope) const {
+    if (is_beyond(coordinate)) {
+        velocity = (coordinate < rows_.front().first ? rows_.front() : rows_.back()).second;
+        slope.setZero();
+        return;
+    }
+    const Piece p = piece(coordinate);
+    const double s = p.s;
+    velocity = p.start + s * p.rise + (s * (1.0 - s)) * ((1.0 - s) * p.bend0 + s * p.bend1);
+    slope = (p.rise + ((1.0 - s) * (1.0 - 3.0 * s)) * p.bend0 + (s * (2.0 - 3.0 * s)) * p.bend1) / p.width;
+}
+
+Vec3 VelocityTable::curvature(double coordinate) const {
+    if (is_beyond(coordinate)) return Vec3::Zero();
+    const Piece p = piece(coordinate);
+    return ((6.0 * p.s - 4.0) * p.bend0 + (2.0 - 6.0 * p.s) * p.bend1) / (p.width * p.width);
 }
 
 Vec3 Current::at(double z, double time) const {

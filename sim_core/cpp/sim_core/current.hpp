@@ -22,9 +22,21 @@ class VelocityTable {
     /// The velocity and its derivative with respect to the coordinate.
     void at(double coordinate, Vec3& velocity, Vec3& slope) const;
 
+    /// Its second derivative, which jumps at the rows.
+    Vec3 curvature(double coordinate) const;
+
     const std::vector<std::pair<double, Vec3>>& rows() const { return rows_; }
 
   private:
+    /// A piece of the table: Hermite's cubic start + s rise + s (1 − s) [(1 − s) bend0 + s bend1], s from 0 to 1.
+    struct Piece {
+        double width;
+        double s;
+        Vec3 start, rise, bend0, bend1;
+    };
+    bool is_beyond(double coordinate) const;
+    Piece piece(double coordinate) const;
+
     std::vector<std::pair<double, Vec3>> rows_;
     std::vector<Vec3> slopes_;
 };

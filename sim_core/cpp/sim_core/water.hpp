@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <numbers>
 #include <optional>
+#include <vector>
 
 #include "current.hpp"
 #include "sea.hpp"
 #include "types.hpp"
+#include "wave_kernel.hpp"
 
 namespace sim_core {
 
@@ -16,6 +21,8 @@ struct WaterMotion {
     Vec3 acceleration = Vec3::Zero();         ///< ∂u/∂t, m/s²
     Mat3 velocity_gradient = Mat3::Zero();    ///< 1/s
     Mat3 acceleration_gradient = Mat3::Zero();  ///< 1/s²
+    /// Derivatives of velocity_gradient with respect to the three coordinates, 1/(m s). Found only where it is asked for.
+    std::array<Mat3, 3> velocity_curvature = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};
     double elevation = 0.0;                   ///< of the surface above still water, m
     double elevation_x = 0.0;                 ///< its slopes
     double elevation_y = 0.0;
@@ -52,34 +59,29 @@ struct Water {
 class WaterProbe {
   public:
     explicit WaterProbe(const Water& water);
+    WaterProbe(const Water& water, const WaveKernel& kernel);
 
     /// The instant (s) of what is asked next.
     void set_time(double time);
 
-    void at(const Vec3& position, WaterMotion& motion);
+    /// With `curved`, the velocity's curvature, too.
+    void at(const Vec3& position, WaterMotion& motion, bool curved = false);
 
   private:
-    void add_waves(const Vec3& position, WaterMotion& motion);
-
-    using Array = Eigen::ArrayXd;
-    template <int rows>
-    using Weights = Eigen::Matrix<double, rows, Eigen::Dynamic, Eigen::RowMajor>;
+    void add_waves(const Vec3& position, WaterMotion& motion, bool curved);
 
     Current current_;
     Vec3 series_velocity_ = Vec3::Zero();      // of the current at this instant
     Vec3 series_acceleration_ = Vec3::Zero();
-    // Per train: constants, phase at this instant, and room for the sums at one place
     double depth_ = 0.0;
     double ramp_time_ = 0.0;
     double strength_ = 1.0;       // of the waves at this instant, from the ramp
     double strength_rate_ = 0.0;  // 1/s
-    Array k_, k_x_, k_y_, frequency_, phase_, decay_, finite_;
-    Array phase_now_, cosine_, sine_, grow_, C_, S_;
-    // Coefficients of what is summed over trains: ζ and its slopes; u, ∂u/∂t and their gradients
-    Weights<1> elevation_;
-    Weights<2> slope_;
-    Weights<5> C_cosine_, C_sine_;
-    Weights<3> S_cosine_, S_sine_;
+    // Per train, and filled up with trains of no amplitude
+    std::vector<double> k_, k_x_, k_y_, frequency_, phase_, decay_, finite_, phase_now_;
+    std::vector<double> weights_;  // rows of the kernel
+    std::vector<double> room_;
+    WaveKernel kernel_;
 };
 
 /// Immersed fraction of something that reaches `half_height` up and down from its centre.

@@ -48,6 +48,18 @@ first and last row constant. Raises InvalidInput.)")
         .def_ro("acceleration", &WaterMotion::acceleration, "(3,) m/s², the local one: ∂u/∂t")
         .def_ro("velocity_gradient", &WaterMotion::velocity_gradient, "(3, 3) 1/s: row i, column j is ∂u_i/∂x_j")
         .def_ro("acceleration_gradient", &WaterMotion::acceleration_gradient, "(3, 3) 1/s², likewise")
+        .def_prop_ro(
+            "velocity_curvature",
+            [](const WaterMotion& m) {
+                std::array<std::array<std::array<double, 3>, 3>, 3> all;
+                for (int i = 0; i < 3; ++i) {
+                    for (int j = 0; j < 3; ++j) {
+                        for (int k = 0; k < 3; ++k) all[i][j][k] = m.velocity_curvature[k](i, j);
+                    }
+                }
+                return all;
+            },
+            "(3, 3, 3) 1/(m s), as lists: ∂²u_i/∂x_j∂x_k")
         .def_ro("elevation", &WaterMotion::elevation, "m, of the surface there above still water")
         .def_prop_ro(
             "elevation_slope",
@@ -83,7 +95,7 @@ Waves are linear, stretched to the surface after Wheeler (1970), and added to th
                 WaterProbe probe(w);
                 probe.set_time(time);
                 WaterMotion motion;
-                probe.at(to_vec3(position), motion);
+                probe.at(to_vec3(position), motion, true);
                 return motion;
             },
             "position"_a, "time"_a, "What it does at a place (m, tank axes) and a time (s).");
