@@ -261,13 +261,24 @@ void BodyForce::evaluate(const Water& water, const std::vector<WaterMotion>& alo
     double wet_x = 0.0;                    // … times the mean place of what is immersed, m
     Vec3 wet_place = Vec3::Zero();         // its derivatives
     Vec3 wet_turn = Vec3::Zero();
-    const double inverse_radius = 2.0 / body_.diameter;
+    // Half the height of a strip: of its circle, tilted with the axis, and of its length. At any pitch above 0, so that a
+    // strip of a hull that stands upright goes under smoothly.
+    const double radius = 0.5 * body_.diameter;
+    const double tilt = R(2, 0);  // of the axis: the rise per length
+    const double half_length = 0.5 * strip_length_;
+    const double half_height =
+        std::sqrt(radius * radius * (1.0 - tilt * tilt) + half_length * half_length * tilt * tilt);
+    const double inverse_height = 1.0 / half_height;
+    // d tilt = e_z · R (δφ × e_x) = δφ · (e_x × up)
+    const Vec3 height_turn =
+        ((half_length * half_length - radius * radius) * tilt * inverse_height) * Vec3::UnitX().cross(up);
     const double share = 1.0 / body_.strips;
     for (int i = 0; i < body_.strips; ++i) {
         const WaterMotion& local = along[varies ? i : 0];
         const Vec3 at = water_place(i);
         const double x = at.x();
-        const Wetness strip = wetness(-(motion.position.z() - local.elevation + R(2, 0) * x) * inverse_radius);
+        const double depth = -(motion.position.z() - local.elevation + tilt * x) * inverse_height;
+        const Wetness strip = circle_wetness(depth);
         if (strip.fraction == 0.0) continue;
         double u_y = -v.y() - w.z() * x;
         double u_z = -v.z() + w.y() * x;
@@ -298,8 +309,9 @@ void BodyForce::evaluate(const Water& water, const std::vector<WaterMotion>& alo
         wet += share * strip.fraction;
         wet_x += share * strip.fraction * x;
         if (strip.slope != 0.0) {
-            const Vec3 place = (-strip.slope * inverse_radius) * local.height_slope();
-            const Vec3 turn = at.cross(Rt * place);  // d(n · R at) = n · R (δφ × at) = δφ · (at × Rᵀn)
+            const Vec3 place = (-strip.slope * inverse_height) * local.height_slope();
+            // d(n · R at) = n · R (δφ × at) = δφ · (at × Rᵀn)
+            const Vec3 turn = at.cross(Rt * place) - (strip.slope * depth * inverse_height) * height_turn;
             s.add_wetted(at + body_.centre_of_buoyancy, displaced_force, place, turn);
             Vec3 drag = strip_drag_ * std::sqrt(u_y * u_y + u_z * u_z) * Vec3(0.0, u_y, u_z);
             if (hull_table_) drag += strip_drag_ * std::sqrt(v.y() * v.y() + v.z() * v.z()) * Vec3(0.0, v.y(), v.z());

@@ -85,20 +85,27 @@ class WaterProbe {
 };
 
 /// Immersed fraction of something that reaches `half_height` up and down from its centre.
-///
-/// The cubic is the immersed volume of a sphere, exactly. Used for every shape: it is smooth
-/// (continuous slope), which the Newton iteration needs, and right in the mean for any other
-/// symmetric section.
 struct Wetness {
     double fraction;  ///< 0 dry … 1 immersed
     double slope;     ///< derivative with respect to the dimensionless depth
 };
 
-/// `depth` is that of the centre below the surface divided by the half height.
+/// Of a sphere, exactly: a cubic. `depth` is that of the centre below the surface divided by the half height. Used for what is
+/// neither sphere nor circle, too: it has a continuous slope, which the Newton iteration needs, and is right in the mean for
+/// any symmetric section; half segments of lines are off by at most 0.04 (level) and 0.10 (steep) of themselves.
 inline Wetness wetness(double depth) {
     if (depth >= 1.0) return {1.0, 0.0};
     if (depth <= -1.0) return {0.0, 0.0};
     return {0.5 + depth * (0.75 - 0.25 * depth * depth), 0.75 * (1.0 - depth * depth)};
+}
+
+/// Of a circle: the area of its segment below the surface.
+inline Wetness circle_wetness(double depth) {
+    if (depth >= 1.0) return {1.0, 0.0};
+    if (depth <= -1.0) return {0.0, 0.0};
+    const double half_chord = std::sqrt(1.0 - depth * depth);
+    return {0.5 + std::numbers::inv_pi * (std::asin(depth) + depth * half_chord),
+            2.0 * std::numbers::inv_pi * half_chord};
 }
 
 }  // namespace sim_core
