@@ -14,7 +14,10 @@ RHO, SLOPE, STALL = 1000.0, 0.4, 0.25
 
 
 def body(downwash, front=(0.3, 0.05, 0.02), rear=(-0.5, 0.0, 0.1), normals=((0, 0, 1), (0, 0, 1))):
-    settings = {"area": 0.01, "drag": 0.0, "cross_flow_drag": 0.0, "stall_angle": STALL}
+    settings = {
+        "area": 0.01, "drag": 0.0, "cross_flow_drag": 0.0, "stall_angle": STALL,
+        "aspect_ratio": math.inf,
+    }  # fmt: skip
     fins = [
         sc.Fin(position=front, normal=normals[0], lift_slope=2.5, **settings),
         sc.Fin(position=rear, normal=normals[1], lift_slope=3.0, **settings),

@@ -92,6 +92,7 @@ def tail():
         drag=0.0,
         stall_angle=0.3,
         cross_flow_drag=0.0,
+        aspect_ratio=math.inf,  # lift alone
     )
 
 
@@ -122,13 +123,73 @@ def test_fin_sees_the_rotation(free_body, fish_body, tail):
     assert moment[1] == pytest.approx(expected, rel=1e-4)  # 1 − cos of an incidence of 0.004
 
 
+def fin_coefficients(free_body, fish_body, fin, alpha):
+    """C_L and C_D of a lone fin on a body that moves along x with its nose up by alpha."""
+    force, _ = wrench(free_body(bare(fish_body, fins=[fin])), about_y(-alpha), velocity=(1, 0, 0))
+    return force[2] / (0.5 * RHO * fin.area), -force[0] / (0.5 * RHO * fin.area)
+
+
+def test_induced_drag(free_body, fish_body, tail):
+    """Lifting line, elliptic load: C_L²/(πA) (Prandtl; Anderson, Fundamentals of Aerodynamics,
+    § 5.3). At C_L = 0.6, A = 2 that is 0.0573, nearly three times a profile drag of 0.02."""
+    fin = tail.replace(aspect_ratio=2.0, stall_angle=math.pi / 2, drag=0.02)
+    alpha = 0.5 * math.asin(2 * 0.6 / 3.0)  # C_L = a sin α cos α
+    lift, drag = fin_coefficients(free_body, fish_body, fin, alpha)
+    assert lift == pytest.approx(0.6, rel=1e-5)  # levels off from (sin α)⁸/8 of it on
+    assert drag == pytest.approx(0.02 + 0.0573, abs=5e-5)
+    assert drag - 0.02 == pytest.approx(lift**2 / (2 * math.pi), rel=1e-6)
+
+
+@pytest.mark.parametrize("aspect_ratio", [0.3, 2.0, 8.0])
+def test_aspect_ratio_is_that_of_the_lift_slope(free_body, fish_body, tail, aspect_ratio):
+    """A fin for which only Helmbold's lift slope is given has the drag of its aspect ratio."""
+    given = tail.replace(aspect_ratio=aspect_ratio, lift_slope=sc.lift_slope(aspect_ratio))
+    found = fin_coefficients(free_body, fish_body, given.replace(aspect_ratio=None), 0.1)
+    expected = fin_coefficients(free_body, fish_body, given, 0.1)
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert expected[1] > 1e-3
+
+
+def test_a_fin_with_the_slope_of_an_aerofoil_has_no_induced_drag(free_body, fish_body, tail):
+    fin = tail.replace(aspect_ratio=None, lift_slope=2 * math.pi)
+    assert fin_coefficients(free_body, fish_body, fin, 0.1)[1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_sharp_plate_without_suction_has_a_normal_force(free_body, fish_body, tail):
+    """Polhamus (1966): without suction at the leading edge the force a sin α cos α is normal to the
+    plate, its drag C_L tan α. An aspect ratio a/π stands for that, to (1 − cos² α) of it."""
+    fin = tail.replace(aspect_ratio=3.0 / math.pi)
+    for alpha in (0.02, 0.1, 0.17):
+        lift, drag = fin_coefficients(free_body, fish_body, fin, alpha)
+        assert drag == pytest.approx(lift * math.tan(alpha), rel=1.1 * alpha**2)
+
+
+def test_induced_drag_stays_level_beyond_stall(free_body, fish_body, tail):
+    """It goes with the lift: never above that at the stall, none broadside, the same in flow from
+    behind as far as the lift is."""
+    fin = tail.replace(aspect_ratio=2.0)
+    most = (3.0 * math.sin(0.3)) ** 2 / (2 * math.pi)
+    for alpha in np.linspace(0.0, math.pi, 61):
+        lift, drag = fin_coefficients(free_body, fish_body, fin, alpha)
+        assert -1e-12 <= drag <= most * (1 + 1e-9)
+        assert drag == pytest.approx(lift**2 / (2 * math.pi), abs=1e-12)
+    assert fin_coefficients(free_body, fish_body, fin, math.pi / 2)[1] < 1e-12
+
+
+def test_refuses_an_aspect_ratio_that_is_none(free_body, fish_body, tail):
+    for wrong in (0.0, -1.0, math.nan):
+        with pytest.raises(sc.InvalidInput, match="aspect_ratio"):
+            free_body(bare(fish_body, fins=[tail.replace(aspect_ratio=wrong)]))
+
+
 @given(
     flow=st.tuples(*[st.floats(-3, 3)] * 3),
     spin=st.tuples(*[st.floats(-2, 2)] * 3),
     attitude=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: sum(x * x for x in q) > 0.01),
 )
 def test_drag_takes_energy_out(free_body, fish_body, tail, flow, spin, attitude):
-    """Hull drag and fins (lift is across the flow) never drive the body in still water."""
+    """Hull drag and fins (lift is across the flow, or with a drag) never drive the body in still
+    water."""
     fin = sc.Fin(position=(-0.5, 0.1, 0), normal=(0, 0.6, 0.8), area=0.02, lift_slope=3.0)
     model = free_body(bare(fish_body, axial_drag=0.4, cross_flow_drag=1.1, fins=[tail, fin]))
     force, moment = wrench(model, attitude, flow, spin)

@@ -185,8 +185,10 @@ SINGLE_TERMS = {
     "axial drag": {"body": {"axial_drag": 0.5}},
     "cross-flow drag": {"body": {"cross_flow_drag": 1.1}},
     "added mass of a body": {"body": {"added_mass": full_added_mass()}},
+    "added mass of a body in full": {"body": {"added_mass": full_added_mass(), "munk_moment": 1.0}},
     "Munk moment": {"body": {"added_mass": (0.5, 5.0, 5.0, 0.0, 0.3, 0.3), "munk_moment": 1.0}},
     "fin": {"body": {"fins": [FIN]}},
+    "induced drag of a fin": {"body": {"fins": [FIN.replace(aspect_ratio=0.3)]}},
 }
 
 

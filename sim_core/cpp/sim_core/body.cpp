@@ -152,6 +152,7 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
                 "a fin's stall_angle must lie between 0 and pi/2 rad");
         require(fin.lift_slope >= 0.0 && fin.drag >= 0.0 && fin.cross_flow_drag >= 0.0,
                 "a fin's coefficients must not be below 0");
+        require(!fin.aspect_ratio || *fin.aspect_ratio > 0.0, "a fin's aspect_ratio must be above 0");
         require(fin.normal.norm() > 1e-6, "a fin's normal must not be zero");
         fins_.emplace_back(fin, water.density);
     }

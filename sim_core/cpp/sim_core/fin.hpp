@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include "types.hpp"
 
 namespace sim_core {
@@ -10,6 +12,7 @@ namespace sim_core {
 /// With c the water's speed along the chord (towards the tail), w its speed along the normal, q = √(c² + w²):
 ///   lift  ½ρS a S(w/q) c/q · q²   across the flow; S(s) ≈ s, limited at sin(stall_angle)
 ///   drag  ½ρS drag · q²           along the flow
+///   induced drag  ½ρS C_L²/(πA) · q²  along the flow, with C_L = a S(w/q) c/q: the lift's, stalled or not
 ///   cross-flow drag ½ρS cross_flow_drag |w| w along the normal (broadside plate, what is left after stall)
 /// The leading term is the a sin α cos α of Polhamus (1966), so that rest and flow from behind are regular.
 struct Fin {
@@ -20,7 +23,14 @@ struct Fin {
     double drag = 0.0;              ///< profile drag coefficient on the planform area
     double stall_angle = 0.0;       ///< rad
     double cross_flow_drag = 0.0;   ///< drag coefficient broadside
+    /// A of the induced drag, times its efficiency if the lift is not elliptic: infinite for none. Left out, that of the
+    /// straight fin with this lift_slope (aspect_ratio_of).
+    std::optional<double> aspect_ratio;
 };
+
+/// The aspect ratio of a straight fin with a lift slope (1/rad): Helmbold's a = 2πA/(2 + √(4 + A²)) solved for A; infinite
+/// from the slope of an aerofoil, 2π, on.
+double aspect_ratio_of(double lift_slope);
 
 /// A fin in the downwash of another one ahead of it.
 ///
@@ -60,6 +70,7 @@ class FinForce {
     double pressure_;   ///< ½ρS, N/(m/s)²
     double lift_slope_;
     double drag_;
+    double induced_;    ///< a²/(πA)
     double cross_flow_drag_;
     double stall_sine_;
     double half_height_;

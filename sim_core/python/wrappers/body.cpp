@@ -14,24 +14,28 @@ void bind_bodies(nb::module_& module) {
 position: (3,) m, aerodynamic centre in body axes; normal: (3,) unit normal in body axes ((0, 0, 1) for a
 horizontal fin, (0, 1, 0) for a vertical one); area: m² planform; lift_slope: 1/rad; drag: profile
 drag coefficient on the planform; stall_angle: rad, beyond which the lift stays level; cross_flow_drag: drag
-coefficient broadside (1.17 for a plate normal to the flow, Hoerner 1965).
-Lift ½ρS a sin α cos α v² up to stall, drag ½ρS (drag v² along the flow, cross_flow_drag w|w| along the normal).)")
+coefficient broadside (1.17 for a plate normal to the flow, Hoerner 1965); aspect_ratio: of the induced drag
+C_L²/(πA), span² over area with the mirror image if the root is at a hull, times the efficiency of a lift that is not
+elliptic. None: that of a straight fin with this lift_slope (Helmbold), which a lift_slope with body_lift_factor() is not;
+math.inf: no induced drag; lift_slope/π: no suction at the leading edge (a sharp plate), C_L sin α.
+Lift ½ρS a sin α cos α v² up to stall, drag ½ρS ((drag + C_L²/πA) v² along the flow, cross_flow_drag w|w| along the normal).)")
         .def(
             "__init__",
             [](Fin* self, const Triple& position, const Triple& normal, double area, double lift_slope, double drag,
-               double stall_angle, double cross_flow_drag) {
+               double stall_angle, double cross_flow_drag, std::optional<double> aspect_ratio) {
                 new (self) Fin{to_vec3(position), to_vec3(normal), area, lift_slope, drag, stall_angle,
-                               cross_flow_drag};
+                               cross_flow_drag, aspect_ratio};
             },
             nb::kw_only(), "position"_a, "normal"_a, "area"_a, "lift_slope"_a, "drag"_a = 0.01,
-            "stall_angle"_a = 0.3, "cross_flow_drag"_a = 1.17)
+            "stall_angle"_a = 0.3, "cross_flow_drag"_a = 1.17, "aspect_ratio"_a = nb::none())
         .def_ro("position", &Fin::position)
         .def_ro("normal", &Fin::normal)
         .def_ro("area", &Fin::area)
         .def_ro("lift_slope", &Fin::lift_slope)
         .def_ro("drag", &Fin::drag)
         .def_ro("stall_angle", &Fin::stall_angle)
-        .def_ro("cross_flow_drag", &Fin::cross_flow_drag);
+        .def_ro("cross_flow_drag", &Fin::cross_flow_drag)
+        .def_ro("aspect_ratio", &Fin::aspect_ratio);
 
     nb::class_<Downwash>(module, "Downwash", R"(A fin in the downwash of another one ahead of it.
 

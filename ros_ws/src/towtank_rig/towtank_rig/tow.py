@@ -141,7 +141,11 @@ class Depressor(Section):
 
 
 class Fin(Section):
-    """One plane tail fin. A horizontal fin lifts along z (pitch), a vertical one along y (yaw)."""
+    """One plane tail fin. A horizontal fin lifts along z (pitch), a vertical one along y (yaw).
+
+    Its aspect ratio, on which the induced drag depends, is that of a straight fin with this
+    ``lift_slope`` (Helmbold), as sim_core takes it: one source for both.
+    """
 
     name: str
     plane: Literal["horizontal", "vertical"]
