@@ -75,9 +75,77 @@ def test_hull_takes_the_coefficients_times_what_it_displaces():
     inertia = mass * (1.0 + 0.1**2) / 20
     expected = [k.axial * mass, *[k.lateral * mass] * 2, 0, *[k.rotational * inertia] * 2]
     assert matrix == pytest.approx(np.diag(expected), rel=1e-12)
-    heavier = sc.hull_added_mass(1.0, 0.1, 8.0, 0.7)
-    assert heavier[1, 1] == pytest.approx(8.0 * k.lateral, rel=1e-12)
-    assert heavier[5, 5] == pytest.approx(0.7 * k.rotational, rel=1e-12)
+    assert sc.hull_added_mass(1.0, 0.1, density=1025.0) == pytest.approx(1.025 * matrix, rel=1e-12)
+
+
+@pytest.mark.parametrize("fineness", [1.0, 2.5, 11.8])
+def test_surface_of_a_spheroid_has_lambs_added_mass(fineness):
+    """The panel method knows nothing of Lamb's closed form. Rings inscribed in the spheroid enclose
+    1.6/n² less of it (n = 60: 0.05 %), a part of what 60 rings are off: 0.1 %."""
+    angle = np.linspace(math.pi, 0.0, 61)
+    radius = 0.05 * np.sin(angle)
+    radius[[0, -1]] = 0.0
+    profile = np.column_stack([0.05 * fineness * np.cos(angle), radius])
+    matrix = sc.revolution_added_mass(profile, rings=60)
+    exact = sc.hull_added_mass(0.1 * fineness, 0.1)
+    mass = 1000 * math.pi / 6 * 0.1**3 * fineness
+    assert np.diag(matrix)[:3] == pytest.approx(np.diag(exact)[:3], rel=1e-3, abs=1e-3 * mass)
+    inertia = mass * 0.1**2 * (fineness**2 + 1) / 20
+    assert np.diag(matrix)[3:] == pytest.approx(np.diag(exact)[3:], rel=2e-3, abs=1e-3 * inertia)
+    assert matrix - np.diag(np.diag(matrix)) == pytest.approx(np.zeros((6, 6)), abs=1e-6 * mass)
+
+
+def cylinder(fineness, middle=0.0):
+    """Of a diameter of 1 m, without added mass of its own per length: (matrix, displaced mass)."""
+    ends = [(middle - fineness / 2, 0.5), (middle + fineness / 2, 0.5)]
+    return sc.revolution_added_mass(ends), 1000 * math.pi / 4 * fineness
+
+
+@pytest.mark.parametrize(
+    ("fineness", "coefficient"), [(1.2, 0.62), (2.5, 0.78), (5.0, 0.90), (9.0, 0.96)]
+)
+def test_cylinder_across_its_axis(fineness, coefficient):
+    """DNV-RP-C205, table D-2, right circular cylinder across its axis, whose values are rounded
+    and, at the slender end, about 3 % higher than potential flow (the same from 160 rings)."""
+    matrix, mass = cylinder(fineness)
+    assert matrix[1, 1] / mass == pytest.approx(coefficient, rel=0.035)
+    assert matrix[2, 2] == matrix[1, 1]
+
+
+def test_slender_cylinder_in_pitch_is_strips_less_what_escapes_at_the_ends():
+    """Far from its ends each strip moves its own displaced mass: m L²/12 in pitch. Round an end,
+    within about a diameter, water escapes; a loss at x = ±L/2 acts like a shorter cylinder, to
+    second order: with 1 − c/L of it across, (1 − c/L)³ in pitch. Fineness 12, the NIT fish."""
+    matrix, mass = cylinder(11.8)
+    across = matrix[1, 1] / mass
+    assert across == pytest.approx(0.9455, abs=1e-3)
+    pitch = matrix[4, 4] / (mass * 11.8**2 / 12)
+    assert pitch == pytest.approx(across**3, rel=0.01)
+    # 2.3 times that of the spheroid which it encloses
+    assert matrix[4, 4] / sc.hull_added_mass(11.8, 1.0)[4, 4] == pytest.approx(2.3, abs=0.05)
+
+
+def test_profile_about_another_origin():
+    """The panel method finds what parallel axes say; also the signs of the coupling."""
+    centred, shifted = cylinder(4.0)[0], cylinder(4.0, middle=0.7)[0]
+    expected = sc.about_origin(centred, (0.7, 0, 0))
+    assert shifted == pytest.approx(expected, abs=1e-9 * expected.max())
+    assert expected[4, 2] < 0 < expected[5, 1]
+
+
+@pytest.mark.parametrize(
+    ("profile", "message"),
+    [
+        ([(0.0, 0.1)], "two or more"),
+        ([(0.0, 0.1), (0.5, math.nan)], "finite"),
+        ([(0.0, 0.1), (0.5, -0.1)], "radii"),
+        ([(0.0, 0.1), (0.2, 0.0), (0.5, 0.1)], "radii"),
+        ([(0.5, 0.1), (0.0, 0.1)], "must not fall"),
+    ],
+)
+def test_refuses_a_profile_of_no_body(profile, message):
+    with pytest.raises(ValueError, match=message):
+        sc.revolution_added_mass(profile)
 
 
 def test_fin_is_a_row_of_flat_plates():

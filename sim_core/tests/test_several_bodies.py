@@ -18,7 +18,7 @@ def fish(mass=5.0, weight=0.0, axial_drag=0.5):
     tail = {"area": 0.01, "lift_slope": 3.0}
     return sc.Body(
         mass=mass + weight / 9.81, inertia=(0.02, 0.6, 0.6), volume=mass / 1000, diameter=0.1,
-        length=1.0, centre_of_gravity=(0, 0, -0.01), added_mass=sc.hull_added_mass(1.0, 0.1, mass),
+        length=1.0, centre_of_gravity=(0, 0, -0.01), added_mass=sc.hull_added_mass(1.0, 0.1),
         axial_drag=axial_drag, cross_flow_drag=1.1,
         fins=[sc.Fin(position=(-0.45, 0, 0), normal=n, **tail) for n in ((0, 0, 1), (0, 1, 0))],
     )  # fmt: skip

@@ -68,6 +68,7 @@ from sim_core.added_mass import (
     fin_added_mass,
     hull_added_mass,
     lamb_coefficients,
+    revolution_added_mass,
 )
 from sim_core.fin_coefficients import body_lift_factor, downwash_slope, lift_slope
 from sim_core.hull_tables import hull_of_revolution, polynomial_hull
@@ -175,6 +176,7 @@ __all__ = [
     "polynomial_hull",
     "read_moordyn",
     "regular_waves",
+    "revolution_added_mass",
     "run",
     "static_stability",
     "steady_tow",

@@ -104,7 +104,7 @@ mass: kg, enclosed water included; inertia: kg·m² about the origin (enclosed w
 (3, 3) matrix; centre_of_gravity, centre_of_buoyancy: (3,) m; volume: m³, enclosed water included
 (mass_properties() adds up parts); diameter, length: m of the hull, a straight cylinder;
 added_mass: about the origin, its diagonal (x, y, z in kg, roll, pitch, yaw in kg·m²) or a symmetric (6, 6) matrix
-(hull_added_mass() and fin_added_mass() make one);
+(hull_added_mass(), revolution_added_mass() and fin_added_mass() make one);
 axial_drag: coefficient on π d²/4; cross_flow_drag: coefficient on the side area, integrated over `strips` strips
 with the local cross-flow (which gives pitch and yaw damping);
 drag_area: Cd·A in m² of what is neither hull nor fins, along the body axes or a symmetric (3, 3) matrix A: a force
