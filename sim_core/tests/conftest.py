@@ -193,11 +193,11 @@ def free_sphere() -> Callable[..., sc.Model]:
 
 
 @pytest.fixture(scope="session")
-def free_body() -> Callable[[sc.Body], sc.Model]:
+def free_body() -> Callable[..., sc.Model]:
     """A body on a line so long and light that it is free."""
 
-    def make(body: sc.Body) -> sc.Model:
-        b = sc.ModelBuilder(sc.Water())
+    def make(body: sc.Body, water: sc.Water | None = None) -> sc.Model:
+        b = sc.ModelBuilder(water or sc.Water())
         b.add_prescribed_point("far")
         b.add_body("fish", body)
         thread = sc.LineProperties(

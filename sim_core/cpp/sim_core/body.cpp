@@ -119,6 +119,140 @@ struct WaterAlongHull {
     }
 };
 
+/// How the impulse of the added mass changes since the water's velocity varies over the hull, in Lagrange's equations with
+/// the kinetic energy ½ (v, ω)·[M Dᵀ; D J] (v, ω), v and ω relative to the water: to its mean velocity over the strips, and
+/// to the rotation that fits best to the velocities along the axis. Body axes throughout. See docs/theory.md.
+class VaryingWater {
+  public:
+    VaryingWater(const BodyForce& force, const std::vector<WaterMotion>& along, const Mat3& R) {
+        const int strips = force.body().strips;
+        Mat3 gradients[3] = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};  // mean of them, times x, times x²
+        Mat3 curvatures[4][3];                                           // likewise, up to x³
+        for (auto& power : curvatures) {
+            for (Mat3& curvature : power) curvature.setZero();
+        }
+        Vec3 first = Vec3::Zero();
+        double second = 0.0;
+        for (int i = 0; i < strips; ++i) {
+            const double x = force.water_place(i).x();
+            double weight = 1.0 / strips;
+            first += weight * x * along[i].velocity;
+            second += weight * x * x;
+            for (int power = 0; power < 4; ++power) {
+                if (power < 3) gradients[power] += weight * along[i].velocity_gradient;
+                for (int j = 0; j < 3; ++j) curvatures[power][j] += weight * along[i].velocity_curvature[j];
+                weight *= x;
+            }
+        }
+        const Mat3 Rt = R.transpose();
+        inverse_second_ = strips > 1 ? 1.0 / second : 0.0;
+        first_ = Rt * first;
+        for (int power = 0; power < 4; ++power) {
+            if (power < 3) gradient_[power] = Rt * gradients[power] * R;
+            for (int j = 0; j < 3; ++j) {
+                const Mat3(&of)[3] = curvatures[power];
+                curvature_[power][j] = Rt * (R(0, j) * of[0] + R(1, j) * of[1] + R(2, j) * of[2]) * R;
+            }
+        }
+    }
+
+    /// Adds `share` of the force and moment, and `wet` times its derivatives, at a velocity v relative to the mean velocity u.
+    void add(const Mat3& M, const Mat3& D, const Mat3& J, const Vec3& v, const Vec3& u, const Vec3& w, double share,
+             double wet, const Mat3& v_place, const Mat3& v_turn, const Mat3& Rt, Vec3& force, Vec3& moment,
+             WrenchWithDerivatives& s) const {
+        const Vec3 e = Vec3::UnitX();
+        const Mat3& A0 = gradient_[0];
+        const Mat3& A1 = gradient_[1];
+        const Mat3& A2 = gradient_[2];
+        const Vec3 own = v + u;  // of the body
+        const Vec3 tilt = w.cross(e);
+        const Vec3 spin = inverse_second_ * e.cross(first_);  // of the water
+        const Vec3 P = M * v + D.transpose() * (w - spin);
+        const Vec3 Q = D * v + J * (w - spin);
+        const Vec3 q = inverse_second_ * Q.cross(e);
+        const Vec3 linear = D.transpose() * spin;
+        const Vec3 angular = J * spin;
+        // What the body's way through the water changes in u and spin
+        const Vec3 u_rate = A0 * own + A1 * tilt;
+        const Vec3 spin_rate = inverse_second_ * e.cross(A1 * own + A2 * tilt - w.cross(first_));
+        force += share * (M * u_rate + D.transpose() * spin_rate - A0.transpose() * P - A1.transpose() * q + w.cross(linear));
+        moment += share * (D * u_rate + J * spin_rate - e.cross(A1.transpose() * P + A2.transpose() * q) + first_.cross(q) +
+                           w.cross(angular) + v.cross(linear));
+
+        // Its change with that of own velocity, angular velocity, place (body axes) and attitude
+        Mat3 force_by[4], moment_by[4];
+        for (int column = 0; column < 12; ++column) {
+            const int of = column / 3;
+            const int j = column % 3;
+            const Vec3 unit = Vec3::Unit(j);
+            Vec3 d_own = Vec3::Zero(), d_w = Vec3::Zero(), d_first = Vec3::Zero(), d_u = Vec3::Zero();
+            Mat3 d_A0 = Mat3::Zero(), d_A1 = Mat3::Zero(), d_A2 = Mat3::Zero();
+            if (of == 0) d_own = unit;
+            if (of == 1) d_w = unit;
+            if (of == 2) {
+                d_u = A0.col(j);
+                d_first = A1.col(j);
+                d_A0 = curvature_[0][j];
+                d_A1 = curvature_[1][j];
+                d_A2 = curvature_[2][j];
+            }
+            if (of == 3) {
+                const Vec3 shift = unit.cross(e);  // of a place on the axis, per x
+                d_own = own.cross(unit);
+                d_u = A1 * shift - unit.cross(u);
+                d_first = A2 * shift - unit.cross(first_);
+                d_A0 = turned(0, shift, unit);
+                d_A1 = turned(1, shift, unit);
+                d_A2 = turned(2, shift, unit);
+            }
+            const Vec3 d_v = d_own - d_u;
+            const Vec3 d_tilt = d_w.cross(e);
+            const Vec3 d_spin = inverse_second_ * e.cross(d_first);
+            const Vec3 d_P = M * d_v + D.transpose() * (d_w - d_spin);
+            const Vec3 d_Q = D * d_v + J * (d_w - d_spin);
+            const Vec3 d_q = inverse_second_ * d_Q.cross(e);
+            const Vec3 d_linear = D.transpose() * d_spin;
+            const Vec3 d_angular = J * d_spin;
+            const Vec3 d_u_rate = d_A0 * own + A0 * d_own + d_A1 * tilt + A1 * d_tilt;
+            const Vec3 d_spin_rate =
+                inverse_second_ * e.cross(d_A1 * own + A1 * d_own + d_A2 * tilt + A2 * d_tilt - d_w.cross(first_) -
+                                          w.cross(d_first));
+            force_by[of].col(j) = M * d_u_rate + D.transpose() * d_spin_rate - d_A0.transpose() * P -
+                                  A0.transpose() * d_P - d_A1.transpose() * q - A1.transpose() * d_q +
+                                  d_w.cross(linear) + w.cross(d_linear);
+            moment_by[of].col(j) = D * d_u_rate + J * d_spin_rate -
+                                   e.cross(d_A1.transpose() * P + A1.transpose() * d_P + d_A2.transpose() * q +
+                                           A2.transpose() * d_q) +
+                                   d_first.cross(q) + first_.cross(d_q) + d_w.cross(angular) + w.cross(d_angular) +
+                                   d_v.cross(linear) + v.cross(d_linear);
+        }
+        const double scale = share * wet;
+        s.force_v += scale * force_by[0];
+        s.moment_v += scale * moment_by[0];
+        s.force_w += scale * force_by[1];
+        s.moment_w += scale * moment_by[1];
+        // v's own dependence on place and turn comes with force_v; here the whole is meant
+        s.force_place += scale * (force_by[2] * Rt - force_by[0] * v_place);
+        s.moment_place += scale * (moment_by[2] * Rt - moment_by[0] * v_place);
+        s.force_turn += scale * (force_by[3] - force_by[0] * v_turn);
+        s.moment_turn += scale * (moment_by[3] - moment_by[0] * v_turn);
+    }
+
+  private:
+    /// Change of gradient_[power] as the body turns about `axis`, which shifts the places on its own by x `shift`.
+    Mat3 turned(int power, const Vec3& shift, const Vec3& axis) const {
+        const Mat3(&moved)[3] = curvature_[power + 1];
+        const Mat3 cross = skew(axis);
+        return shift.x() * moved[0] + shift.y() * moved[1] + shift.z() * moved[2] + gradient_[power] * cross -
+               cross * gradient_[power];
+    }
+
+    Mat3 gradient_[3];      // of the velocity: mean over the strips of it, of x and of x² times it
+    Mat3 curvature_[4][3];  // likewise, its derivatives along the three axes
+    Vec3 first_;            // mean of x times the velocity
+    double inverse_second_;  // of the mean of x²; 0 for a single strip
+};
+
 template <class Require>
 void require_mass_matrix(const Mat6& matrix, const char* what, Require require) {
     require(matrix.allFinite() && matrix.isApprox(matrix.transpose(), 1e-9), what);
@@ -352,6 +486,12 @@ void BodyForce::evaluate(const Water& water, const std::vector<WaterMotion>& alo
         s.moment_w += (wet * k) * (skew(Dv) - D * V - V * D.transpose());
         s.moment_a -= wet * D;
     }
+    const Mat3 v_place = -Rt * mean.velocity_gradient;
+    const Mat3 v_turn = V - Rt * hull_water.velocity_turn;
+    if (varies && feels_curvature()) {
+        VaryingWater(*this, along, R).add(Ma, added_coupling_, Ja, v, Rt * mean.velocity, w, k, wet, v_place, v_turn, Rt,
+                                          hull_force, hull_moment, s);
+    }
     if (hull_table_) {
         Vec3 table_force, table_moment;
         Mat3 table_force_v, table_moment_v;
@@ -437,8 +577,6 @@ void BodyForce::evaluate(const Water& water, const std::vector<WaterMotion>& alo
 
     // Chain rule: v and a are tank vectors seen from the body, so turning by φ changes them by v × φ;
     // the force is turned back to tank axes.
-    const Mat3 v_place = -Rt * mean.velocity_gradient;
-    const Mat3 v_turn = V - Rt * hull_water.velocity_turn;
     jacobian.position.block<3, 3>(0, 0) = R * (s.force_place + s.force_v * v_place);
     jacobian.position.block<3, 3>(3, 0) = s.moment_place + s.moment_v * v_place;
     jacobian.position.block<3, 3>(0, 3) =

@@ -73,7 +73,7 @@ class BodyForce {
 
     /// Sum of external and inertia forces (F − M a) without the lines': force in tank axes, moment about the
     /// origin in body axes; and their derivatives. `along` is what the water does at each of the water places;
-    /// one motion for all of them if it is uniform and steady.
+    /// one motion for all of them if it is uniform and steady. With its curvature if feels_curvature().
     void evaluate(const Water& water, const std::vector<WaterMotion>& along, const BodyMotion& motion, Vec3& force,
                   Vec3& moment, BodyJacobian& jacobian) const;
 
@@ -83,6 +83,9 @@ class BodyForce {
         if (i < body_.strips) return {(i + 0.5) * strip_length_ - 0.5 * body_.length, 0.0, 0.0};
         return fins_[i - body_.strips].position();
     }
+
+    /// Whether it takes WaterMotion::velocity_curvature along the hull: with convective terms of the added mass.
+    bool feels_curvature() const { return body_.munk_moment > 0.0 && !body_.added_mass.isZero(0.0); }
 
     const Body& body() const { return body_; }
 

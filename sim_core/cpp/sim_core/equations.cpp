@@ -144,9 +144,10 @@ void Equations::ask_water(const State& state) {
     for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
         const Vec3& origin = state.position[state.body_entry(static_cast<int>(b))];
         const Mat3 rotation = state.bodies[b].attitude.toRotationMatrix();
-        for (std::size_t i = 0; i < water_along_[b].size(); ++i) {
-            probe_.at(origin + rotation * model_->bodies[b].force.water_place(static_cast<int>(i)),
-                      water_along_[b][i]);
+        const BodyForce& force = model_->bodies[b].force;
+        for (int i = 0; i < force.water_places(); ++i) {
+            const bool curved = force.feels_curvature() && i < force.body().strips;
+            probe_.at(origin + rotation * force.water_place(i), water_along_[b][static_cast<std::size_t>(i)], curved);
         }
     }
 }
