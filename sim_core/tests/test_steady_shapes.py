@@ -185,3 +185,37 @@ def test_bridle_is_a_closed_loop():
     assert fore == pytest.approx(aft, rel=1e-6)
     # equilateral: each leg is 30° off the vertical (stretched by 6e-4, hence the tolerance)
     assert fore[-1] == pytest.approx(10 * 9.81 / 2 / math.cos(math.pi / 6), rel=2e-3)
+
+
+@pytest.mark.parametrize("stiffness", [600.0, 6e5])
+def test_a_cable_folds_below_a_float_that_holds_a_part_of_it(stiffness):
+    """A float at the lower end, as buoyant as 16 of 40 segments are heavy in water.
+
+    At rest nothing pulls sideways, so the cable hangs down and goes up again on one vertical. The
+    float carries its own half segment and 15 nodes in full, and half of the node at the fold, which
+    lies 16 segments below the float and 24 below the top: the float is 8 segments below the top.
+    """
+    segments, weight = 40, 0.1  # weight of a segment in water, N
+    length = 2.0 / segments
+    diameter = 0.01
+    displaced = 1000 * math.pi / 4 * diameter**2
+    cable = sc.LineProperties(
+        length=2.0, diameter=diameter, mass_per_length=displaced + weight / length / 9.81,
+        axial_stiffness=stiffness, slack_tension=1e-4,
+    )  # fmt: skip
+    b = sc.ModelBuilder()
+    b.add_prescribed_point("top")
+    b.add_free_point("float", mass=0.1, volume=(0.1 + 16 * weight / 9.81) / 1000)
+    b.add_line("line", "top", "float", cable, segments=segments)
+    model = b.build()
+    state = sc.steady_tow(model, position=(0, 0, -1))
+    # What the line carries at its ends, from the balance of the nodes; it stretches by as much.
+    tensions = weight * np.concatenate([np.arange(23.5, 0, -1), np.arange(0.5, 16)])
+    lengths = length * (1 + tensions / stiffness)
+    lengths[24:] *= -1
+    expected = -1 - np.concatenate([[0], np.cumsum(lengths)])
+    nodes = state.node_positions("line")
+    # the tension's rounding at slack shifts the fold by 1e-4 N / (EA/l), 1e-8 m at the most
+    assert nodes[:, 2] == pytest.approx(expected, abs=1e-7)
+    assert np.abs(nodes[:, :2]).max() < 1e-6
+    assert sc.Simulator(model, state).tensions("line") == pytest.approx(tensions, abs=1e-3 * weight)

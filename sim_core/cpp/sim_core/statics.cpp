@@ -7,12 +7,9 @@
 #include <optional>
 #include <sstream>
 
-#include "backward_euler.hpp"
 #include "equations.hpp"
 #include "error.hpp"
 #include "newton.hpp"
-#include "simulator.hpp"
-#include "straight_run.hpp"
 
 namespace sim_core {
 
@@ -21,18 +18,15 @@ namespace {
 /// A first guess: every line straight and unstretched, in the direction of weight and drag of what hangs on it.
 class FirstGuess {
   public:
-    /// `lean` tilts every line aft by about that angle (rad).
-    FirstGuess(State& state, const Vec3& velocity, double lean)
+    FirstGuess(State& state, const Vec3& velocity)
         : state_(state),
           model_(*state.model),
           flow_(model_.water.current.at(state.position[model_.free_sites].z(), 0.0) - velocity),
-          lean_(lean),
           placed_(vertices(), false) {}
 
     void make() {
         const Vec3 ahead(-flow_.x(), -flow_.y(), 0.0);
         const double heading = ahead.norm() > 1e-9 ? std::atan2(ahead.y(), ahead.x()) : 0.0;
-        astern_ = -Vec3(std::cos(heading), std::sin(heading), 0.0);
         for (State::BodyState& body : state_.bodies) {
             body.step_start_attitude = Quat(Eigen::AngleAxisd(heading, Vec3::UnitZ()));
         }
@@ -150,8 +144,7 @@ class FirstGuess {
         const auto site = [&](int i) { return line.sites[hang.reversed ? line.segments - i : i]; };
         state_.follow_bodies();
         const Vec3 top = state_.position[site(0)];
-        Vec3 along = hang.pull.norm() > 1e-12 ? Vec3(hang.pull.normalized()) : Vec3(-Vec3::UnitZ());
-        along = (along + lean_ * astern_).normalized();
+        const Vec3 along = hang.pull.norm() > 1e-12 ? Vec3(hang.pull.normalized()) : Vec3(-Vec3::UnitZ());
         double reach = 0.0;
         for (int i = 1; i < line.segments; ++i) {
             reach += state_.segment_length(line.first_segment + (hang.reversed ? line.segments - i : i - 1));
@@ -180,8 +173,6 @@ class FirstGuess {
     State& state_;
     const Model& model_;
     Vec3 flow_;
-    double lean_;
-    Vec3 astern_;  ///< horizontal unit vector from the bow aft
     std::vector<bool> placed_;
     std::vector<Hang> tree_;
     std::vector<int> loops_;
@@ -204,37 +195,79 @@ struct Failure {
     int block;
 };
 
-/// Pseudo-transient continuation from the given shape. Nothing is returned when it has arrived.
-std::optional<Failure> continue_to_equilibrium(State& state) {
-    constexpr double kFirstStep = 0.05;
-    constexpr double kLargestStep = 3e3;  // inertia of 1 kg then counts as 1e-7 N/m
+/// Solves one implicit step, in which everything is held by its inertia · `acceleration_rate` (1/s²), by Newton's
+/// method. False, with the place in `failure`, if it does not converge.
+///
+/// A step of Newton's method is cut until the forces do no more than half of their work back along it: the line search
+/// of Matthies & Strang (1979), Int. J. Numer. Methods Eng. 14, 1613–1626. At rest that is a search down the potential
+/// energy, which in limp lines is convex, so that it leads out of any tangle; the residual alone is a bad judge, since
+/// a stiff line that turns a little stretches a lot to second order. In a flow, where forces have no potential, a
+/// smaller residual will do as well.
+bool solve_held(Equations& equations, State& state, double acceleration_rate, double tolerance,
+                std::vector<Vec3>& displacement, Failure& failure) {
+    constexpr int kMostIterations = 100;
+    constexpr double kSmallestFactor = 1e-8;
+    const int blocks = state.model->blocks();
+    const auto move = [&](double factor) {
+        for (int block = 0; block < blocks; ++block) {
+            const int i = state.entry_of_block(block);
+            state.position[i] += factor * displacement[block];
+            state.acceleration[i] += factor * acceleration_rate * displacement[block];
+        }
+        state.follow_bodies();
+        equations.evaluate(state);
+        failure.residual = equations.residual_norm(failure.block);
+    };
+    const auto work = [&] {
+        double sum = 0.0;
+        for (int block = 0; block < blocks; ++block) sum += equations.residual()[block].dot(displacement[block]);
+        return sum;
+    };
+    equations.evaluate(state);
+    failure.residual = equations.residual_norm(failure.block);
+    for (int i = 0; i < kMostIterations && std::isfinite(failure.residual); ++i) {
+        if (failure.residual <= tolerance) return true;
+        const double residual = failure.residual;
+        equations.assemble(state, {1.0, 0.0, acceleration_rate});
+        equations.factor();
+        equations.solve(displacement);
+        const double along = work();
+        if (!std::isfinite(along)) return false;
+        double factor = 1.0;
+        for (move(factor); failure.residual > tolerance;) {
+            const double back = -work();
+            const bool finite = std::isfinite(back) && std::isfinite(failure.residual);
+            if (finite && along > 0.0 && back <= 0.5 * along) break;
+            if (finite && failure.residual <= (1.0 - 0.5 * factor) * residual) break;
+            if (factor <= kSmallestFactor) return false;
+            double cut = 0.5;
+            if (along > 0.0) cut = finite ? std::clamp(along / (along + back), 0.1, 0.7) : 0.1;
+            move((cut - 1.0) * factor);
+            factor *= cut;
+        }
+    }
+    return failure.residual <= tolerance;
+}
+
+constexpr double kFirstStep = 0.05;    // s
+constexpr double kLargestStep = 3e3;  // s; inertia of 1 kg then counts as 1e-7 N/m
+
+/// Pseudo-transient continuation from the given shape, with steps from `step` (s) on. Nothing is returned when it has
+/// arrived.
+std::optional<Failure> continue_to_equilibrium(State& state, double step) {
     constexpr double kSmallestStep = 1e-6;
     constexpr int kMostSteps = 300;
-    const Model& model = *state.model;
-    const NewtonSettings settings;
+    const NewtonSettings settings{.tolerance = 1e-10};  // it costs a last iteration, once
     Equations equations(state.model);
-    NewtonWorkspace work(model.blocks());
+    std::vector<Vec3> displacement(state.model->blocks());
     State backup = state;
-    double h = kFirstStep;
     Failure failure{0.0, 0};
-    for (int step = 0; step < kMostSteps && h >= kSmallestStep; ++step) {
+    for (int i = 0; i < kMostSteps && step >= kSmallestStep; ++i) {
         backup = state;
-        const double tolerance = newton_tolerance(model, state, settings);
-        const double acceleration_rate = 1.0 / (h * h);
-        const NewtonResult result =
-            solve_newton(equations, state, {1.0, 0.0, acceleration_rate}, settings, tolerance, work,
-                         [&](const std::vector<Vec3>& displacement, double factor) {
-                             for (int block = 0; block < model.blocks(); ++block) {
-                                 const int i = state.entry_of_block(block);
-                                 state.position[i] += factor * displacement[block];
-                                 state.acceleration[i] += factor * acceleration_rate * displacement[block];
-                             }
-                             state.follow_bodies();
-                         });
-        if (!result.converged) {
-            failure = {result.residual, result.worst_block};
+        const double tolerance = newton_tolerance(*state.model, state, settings);
+        if (!solve_held(equations, state, 1.0 / (step * step), tolerance, displacement, failure)) {
             state = backup;
-            h *= 0.25;
+            step *= 0.25;
             continue;
         }
         for (Vec3& acceleration : state.acceleration) acceleration.setZero();
@@ -242,31 +275,42 @@ std::optional<Failure> continue_to_equilibrium(State& state) {
         state.follow_bodies();
         equations.evaluate(state);
         failure.residual = equations.residual_norm(failure.block);
-        if (h >= kLargestStep && failure.residual <= 2.0 * tolerance) return std::nullopt;
-        h = std::min(kLargestStep, 3.0 * h);
+        if (step >= kLargestStep && failure.residual <= 2.0 * tolerance) return std::nullopt;
+        step = std::min(kLargestStep, 3.0 * step);
     }
     return failure;
 }
 
-/// Tows the system on for `duration` (s) with implicit Euler, whose damping helps it to come to rest, and moves it
-/// back to where it began.
-void tow_on(State& state, const std::vector<Vec3>& positions, const Vec3& velocity, double duration) {
-    std::vector<SteadyTow> laws;
-    for (const Vec3& position : positions) laws.emplace_back(position, velocity, 0.0);
-    Motions motions;
-    for (const SteadyTow& law : laws) motions.push_back(&law);
-    constexpr double kStep = 0.02;
-    Simulator simulator(state, std::make_shared<BackwardEuler>(), kStep, NewtonSettings{});
-    simulator.step(duration, motions);
-    state = simulator.state();
-    for (int i = 0; i < state.model->sites(); ++i) state.position[i] -= duration * velocity;
-    for (std::size_t b = 0; b < state.bodies.size(); ++b) {
-        state.position[state.body_entry(static_cast<int>(b))] -= duration * velocity;
+/// The same model with lines that are no stiffer than `stiffness` (EA, N), unless they would rather be squeezed than
+/// buckle.
+std::shared_ptr<const Model> softened(const Model& model, double stiffness) {
+    constexpr double kUnsqueezed = 20.0;
+    auto soft = std::make_shared<Model>(model);
+    for (SegmentConstants& c : soft->segment_constants) {
+        const double softest = std::max(stiffness, kUnsqueezed * c.buckling_force);
+        if (c.axial_stiffness <= softest) continue;
+        c.axial_stiffness = softest;
+        c.tension_curve.reset();
     }
-    state.time = 0.0;
-    state.last_step = 0.0;
-    state.damped_steps = 0;
-    move_steadily(state, velocity);
+    return soft;
+}
+
+/// Equilibrium of the system with soft lines first, then with stiffer ones, and at last as it is.
+std::optional<Failure> stiffen_to_equilibrium(State& state, double first_step) {
+    constexpr double kSoft = 4.0;  // EA over the weight in air of everything, which then strains a line by a quarter
+    constexpr double kStiffening = 100.0;
+    const std::shared_ptr<const Model> model = state.model;
+    double stiffest = 0.0;
+    for (const SegmentConstants& c : model->segment_constants) stiffest = std::max(stiffest, c.axial_stiffness);
+    double step = first_step;
+    for (double stiffness = kSoft * model->force_scale; stiffness < stiffest; stiffness *= kStiffening) {
+        state.model = softened(*model, stiffness);
+        const std::optional<Failure> failure = continue_to_equilibrium(state, step);
+        state.model = model;
+        if (failure) return failure;
+        step = kLargestStep;
+    }
+    return continue_to_equilibrium(state, step);
 }
 
 }  // namespace
@@ -287,27 +331,15 @@ State steady_tow(std::shared_ptr<const Model> given, const std::vector<Vec3>& po
     }
     if (!velocity.allFinite()) throw InvalidInput("velocity must be finite");
 
-    const auto first_guess = [&](double lean) {
-        State guess(model);
-        for (int i = 0; i < model->prescribed_sites; ++i) guess.position[model->free_sites + i] = positions[i];
-        FirstGuess(guess, velocity, lean).make();
-        move_steadily(guess, velocity);
-        return guess;
-    };
-    State state = first_guess(0.0);
-    std::optional<Failure> failure = continue_to_equilibrium(state);
-    if (failure) {
-        // A line that must fold, because its lower end floats up, cannot leave the vertical by itself: lean it.
-        State start = first_guess(0.1);
-        state = start;
-        failure = continue_to_equilibrium(state);
-        constexpr int kMostTows = 4;
-        for (int i = 0; failure && i < kMostTows; ++i) {
-            constexpr double kDuration = 30.0;
-            tow_on(start, positions, velocity, kDuration);
-            state = start;
-            failure = continue_to_equilibrium(state);
-        }
+    State guess(model);
+    for (int i = 0; i < model->prescribed_sites; ++i) guess.position[model->free_sites + i] = positions[i];
+    FirstGuess(guess, velocity).make();
+    move_steadily(guess, velocity);
+    State state = guess;
+    std::optional<Failure> failure = stiffen_to_equilibrium(state, kFirstStep);
+    if (failure) {  // nothing draws it to rest: it swings. An equilibrium it may have all the same.
+        state = guess;
+        failure = stiffen_to_equilibrium(state, kLargestStep);
     }
     if (failure) {
         std::ostringstream message;

@@ -13,10 +13,10 @@ namespace sim_core {
 ///
 /// Solved by pseudo-transient continuation (Kelley & Keyes 1998, SIAM J. Numer. Anal. 35, 508–523): implicit
 /// steps of a motion that starts each step from rest, with steps that grow from 0.05 s until the inertia term is
-/// negligible. It needs no good first guess and passes through slack and near-zero tension. Where it gets stuck (a light
-/// fish that folds its cable at rest), it starts again from leaning lines, then from where half a minute of towing
-/// brings them. A direction without any stiffness (the heading of a body hanging at rest) stays where the guess put
-/// it: forward.
+/// negligible. It is first done with soft lines, which are then stiffened to what they are: it needs no good first guess
+/// and passes through slack and near-zero tension. Where nothing draws the system to rest (a fish that swings), the
+/// equilibrium next to the first guess is taken. A direction without any stiffness (the heading of a body hanging at
+/// rest) stays where the guess put it: forward.
 ///
 /// Water that changes in time is taken without its waves and with its current as it is at time 0.
 ///

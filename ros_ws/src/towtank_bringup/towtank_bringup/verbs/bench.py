@@ -60,6 +60,17 @@ def settling(rigs: tuple[str, ...], as_json: bool) -> None:
     run(source_tree("the benchmarks"), "settling.py", [], *wishes, *(["--json"] if as_json else []))
 
 
+@command.command()
+@click.option("--draws", type=click.IntRange(min=1), default=1000, show_default=True)
+@click.option("--segments", type=click.IntRange(min=0), default=0, help="0: the rig file's own.")
+@click.option("--seed", type=int, default=1, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def starts(draws: int, segments: int, seed: int, as_json: bool) -> None:
+    """Steady tows of rigs drawn from all that the rig files leave open, at rest and under way."""
+    wishes = [f"--draws={draws}", f"--segments={segments}", f"--seed={seed}"]
+    run(source_tree("the benchmarks"), "starts.py", [], *wishes, *(["--json"] if as_json else []))
+
+
 @command.command("bag-fuzz")
 @click.option("--cases", type=click.IntRange(min=1), default=10_000, show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True)
