@@ -36,18 +36,15 @@ class Graph:
         self.leader = LifecycleClient(self.node, "/recorder")
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
-        environment = dict(os.environ)
         program = "from towtank_bag.recorder import main; main()"
         if file_size_limit is not None:
+            # It holds for shared memory too: what Fast DDS cannot have of that it does by UDP
             limit = f"({file_size_limit}, {file_size_limit})"
             program = f"import resource as r; r.setrlimit(r.RLIMIT_FSIZE, {limit}); {program}"
-            # The limit holds for shared memory too
-            environment["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
         self.process = subprocess.Popen(
             [sys.executable, "-c", program, "--ros-args", "-p", f"rig:={RIG}", "-p", f"uri:={uri}"],
             stderr=subprocess.PIPE,
             text=True,
-            env=environment,
         )
 
     def spin_until(self, condition) -> None:
