@@ -780,6 +780,29 @@ def test_an_adc_that_stays_dead_after_a_reset_ends_the_run_with_the_patience(ben
     assert 30.0 < (bench.board.now_ns - begun_ns) / SECOND < 35.0
 
 
+def test_an_adc_that_dies_in_the_run_ends_it_with_the_patience_and_every_scan_is_kept(bench):
+    """The board streams on, without a valid channel: told after 1 s, waited for 30 s from then."""
+    bench.board.bad_channels = {number: 0 for number in range(300, 10_000)}
+    bench.stream(0.0)
+    with pytest.raises(BoardError, match=r"^the ADC has given no valid value for 31 s: check"):
+        bench.driver.poll(100.0)
+    (told,) = bench.warnings
+    assert told.startswith("the ADC has given nothing for 1 s")
+    # 100 scans a second, 31 s from the first without a channel; what comes with its last bytes, too
+    sequences = [scan.sequence for scan in bench.scans]
+    assert sequences == list(range(len(sequences)))
+    assert 0 <= len(sequences) - (300 + 3100 + 1) <= 2
+
+
+def test_an_adc_that_comes_back_within_the_patience_ends_no_run(bench):
+    """Each outage has the whole patience; one valid channel ends it."""
+    dead = (*range(100, 3000), *range(3001, 6000))  # 29 s and 30 s: each below 1 s and 30 s
+    bench.board.bad_channels = dict.fromkeys(dead, 0) | {3000: 0x01}
+    bench.stream(65.0)
+    assert bench.scans[-1].valid_mask == 0x3F
+    assert [w.split(":")[0] for w in bench.warnings] == ["the ADC has given nothing for 1 s"] * 2
+
+
 def test_what_the_adc_tells_of_in_the_first_second_is_said(bench):
     """Of a run, and of a board's life; what it told an earlier host of is not."""
     bench.board.adc_error_bits = 0x01

@@ -13,6 +13,7 @@ from towtank_daq.protocol import HealthRecord, Protocol
 
 OUTAGE_S = 1.0
 """So long without any channel, and it is told, s."""
+OUTAGE_MEND = "check its 3.3 V supply and the wires CS, SCLK, DIN, DOUT and SYNC"
 QUIET_S = 5.0
 """Outages that follow each other faster than this are told together, s."""
 
@@ -44,6 +45,8 @@ class AdcWatch:
 
     def reset(self) -> None:
         """Another stream, of a board that has not forgotten what its ADC has told of."""
+        self.outage_s = 0.0
+        """From the first to the last scan without a channel, of the outage that lasts."""
         self._begun_ns: int | None = None  # of the outage that lasts
         self._outage_told = False
         self._restarted = False
@@ -57,14 +60,15 @@ class AdcWatch:
             self._restarted = self._restarted or bool(flags & self._restart_flag)
             if self._begun_ns is None:
                 self._begun_ns = stamp_ns
-            elif stamp_ns - self._begun_ns >= 1e9 * OUTAGE_S and not self._outage_told:
+            self.outage_s = (stamp_ns - self._begun_ns) / 1e9
+            if self.outage_s >= OUTAGE_S and not self._outage_told:
                 self._outage_told = True
                 yield (
-                    f"the ADC has given nothing for {OUTAGE_S:g} s: check its 3.3 V supply and the "
-                    "wires CS, SCLK, DIN, DOUT and SYNC; the board goes on trying to set it up anew"
+                    f"the ADC has given nothing for {OUTAGE_S:g} s: {OUTAGE_MEND}; "
+                    "the board goes on trying to set it up anew"
                 )
             return
-        self._begun_ns, self._outage_told = None, False
+        self._begun_ns, self._outage_told, self.outage_s = None, False, 0.0
         quiet = self._told_ns is not None and stamp_ns - self._told_ns < 1e9 * QUIET_S
         if self._restarted and not quiet:
             yield (

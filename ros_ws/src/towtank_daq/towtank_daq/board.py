@@ -37,12 +37,13 @@ What is done, from the least to the last:
    changed them.
 3. No scan for 2.5 s though the board is heard, or a board that says that it is idle or was reset:
    the stream is started again, from `identify` on. Scans without a valid channel are the board's to
-   mend (it sets its ADC up anew); they are told after a second.
+   mend (it sets its ADC up anew); they are told after a second, from when on they are waited for.
 4. No good frame for 2.5 s: the port is closed, and opened again with a pulse of DTR, which resets a
    board that hangs; then the driver is quiet, longer than any bootloader is held (10.5 s).
 5. After `patience_s` the run ends with the error; also one that is started again so long without
-   that a scan comes. An ADC that cannot be set up at a restart may get its supply later than the
-   board: it is waited for likewise. Another board than the run's is refused.
+   that a scan comes, or whose scans have no valid channel so long (a record of the crank alone is
+   not worth the tank's time). An ADC that cannot be set up at a restart may get its supply later
+   than the board: it is waited for likewise. Another board than the run's is refused.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from typing import Protocol as Interface
 
-from towtank_daq.adc_watch import AdcWatch
+from towtank_daq.adc_watch import OUTAGE_MEND, OUTAGE_S, AdcWatch
 from towtank_daq.clock import BoardClock, SyncExchange, unwrap
 from towtank_daq.configuration import (
     Configuration,
@@ -492,7 +493,8 @@ class AdcBoard:
         """Take in what comes within `timeout_s`; keeps clock and board alive meanwhile.
 
         Raises NoAnswer or OSError when the board has been silent, or the line gone, for longer than
-        the driver's patience; BoardError for a board that cannot be started again.
+        the driver's patience; BoardError for a board that cannot be started again, or whose scans
+        have had no valid channel for that long.
         """
         end_ns = self._now_ns() + round(1e9 * timeout_s)
         while True:
@@ -776,6 +778,11 @@ class AdcBoard:
         if self._streaming and not self._down and self._scanless_s > _SCANLESS_S:
             self._scanless_s = 0.0
             self._down = f"the board has sent no scan for {_SCANLESS_S:g} s, but other frames"
+        outage_s = self._adc_watch.outage_s
+        if outage_s >= OUTAGE_S + self._patience_ns / 1e9:
+            raise BoardError(
+                f"the ADC has given no valid value for {outage_s:.0f} s: {OUTAGE_MEND}"
+            )
 
     def _silence(self) -> str:
         """What is wrong when nothing readable comes."""
