@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of all ROS packages share: a ROS domain that nobody else is in."""
+"""What the tests of all ROS packages share: modules beside this, a ROS domain of their own."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from domain_coordinator import domain_id
+
+sys.path.append(str(Path(__file__).parent))
 
 
 @pytest.fixture(scope="module", autouse=True)

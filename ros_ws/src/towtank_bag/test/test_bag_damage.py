@@ -10,7 +10,8 @@ import zlib
 import numpy as np
 import pytest
 from mcap.opcode import Opcode
-from other_bags import PER_CHUNK, overwrite, records, rewrite, write_bag
+from other_bags import PER_CHUNK, overwrite, records, write_bag
+from rewritten_bag import rewrite
 from towtank_bag import mcap_scan
 from towtank_bag.layout import BagError
 from towtank_bag.reader import LostStretch, open_bag

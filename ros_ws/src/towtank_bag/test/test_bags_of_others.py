@@ -7,7 +7,8 @@ import stat
 import pytest
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType, IndexType
-from other_bags import PER_CHUNK, overwrite, records, rewrite
+from other_bags import PER_CHUNK, overwrite, records
+from rewritten_bag import rewrite
 from ruamel.yaml import YAML
 from test_bag_damage import numbers
 from towtank_bag.definitions import message_definition
@@ -187,7 +188,7 @@ def test_a_damaged_metadata_file_is_done_without(bag, text):
 @pytest.mark.parametrize("encoding", ["json", "protobuf"])
 @pytest.mark.parametrize("schema", [False, True])
 def test_channels_of_other_programs_are_passed_over(original, tmp_path, encoding, schema):
-    def extra(writer):
+    def extra(writer, channels):
         binary = b"\x0a\xf4\x01\xc3\x28\xff"
         its_schema = writer.register_schema("pkg.Thing", encoding, binary) if schema else 0
         channel = writer.register_channel("/thing", encoding, its_schema, {})
@@ -232,7 +233,7 @@ def test_a_definition_that_is_nowhere_is_told(original, tmp_path):
     "payload", [b"", b"\0\1", b"\0\1\0\0\xff\xff\xff\xffabc", b"\0\1\0\0\2\0\0\0\xff\0"]
 )
 def test_a_message_that_is_none_is_told_in_one_line(original, tmp_path, payload):
-    def extra(writer):
+    def extra(writer, channels):
         writer.add_message(1, COUNT, payload, COUNT, COUNT)
 
     opened = open_bag(rewrite(original, tmp_path / "v" / "a.mcap", extra=extra).parent)

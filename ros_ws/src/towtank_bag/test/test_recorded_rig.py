@@ -5,7 +5,8 @@ import hashlib
 
 import pytest
 from mcap.opcode import Opcode
-from other_bags import overwrite, records, rewrite
+from other_bags import overwrite, records
+from rewritten_bag import rewrite
 from text_bag import text_message
 from towtank_bag.layout import BagError
 from towtank_bag.reader import open_bag

@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from rclpy.serialization import serialize_message
+from rewritten_bag import rewrite
 from std_msgs.msg import Header
 from synthetic_trial import LATENCY_NS, LOG, RIG_FILE, START_NS
 from towtank_bag.definitions import message_definition
@@ -97,33 +98,11 @@ def split(bag, at_s: float, names: tuple[str, ...]):
     """Two files of a bag instead of one, parted at an instant, and what lists them; returns
     them."""
     files = [bag.parent / name for name in names]
-    with bag.open("rb") as source:
-        reader = make_reader(source)
-        messages = list(reader.iter_messages())
-        attachments = list(reader.iter_attachments())
     border_ns = START_NS + int(at_s * 1e9)
-    for number, path in enumerate(files):
-        with path.open("wb") as out:
-            writer = Writer(out, chunk_size=64_000)  # definitions are most of the first
-            writer.start("ros2")
-            for each in attachments:
-                writer.add_attachment(1, 1, each.name, each.media_type, each.data)
-            channels = {}
-            for schema, channel, message in messages:
-                if channel.id not in channels:
-                    schema_id = writer.register_schema(schema.name, schema.encoding, schema.data)
-                    channels[channel.id] = writer.register_channel(
-                        channel.topic, "cdr", schema_id, channel.metadata
-                    )
-                if (message.log_time >= border_ns) == bool(number):
-                    writer.add_message(
-                        channels[channel.id],
-                        message.log_time,
-                        message.data,
-                        message.publish_time,
-                        message.sequence,
-                    )
-            writer.finish()
+    with bag.open("rb") as source:
+        late = [m.log_time >= border_ns for _, _, m in make_reader(source).iter_messages()]
+    for second, path in enumerate(files):
+        rewrite(bag, path, wanted=lambda n, second=second: late[n] == second, chunk_size=64_000)
     bag.unlink()
     listed = "".join(f"    - {name}\n" for name in names)
     (bag.parent / "metadata.yaml").write_text(
@@ -207,27 +186,18 @@ def test_another_rig_is_marked(tmp_path):
 
 def with_messages(bag, *extra) -> None:
     """Write the bag anew as another program does, with more (topic, message) at its end."""
-    with (REFERENCE / "reference_0.mcap").open("rb") as file, bag.open("wb") as out:
-        reader, writer = make_reader(file), Writer(out)
-        writer.start()
-        for attachment in reader.iter_attachments():
-            writer.add_attachment(1, 1, attachment.name, "", attachment.data)
-        channels = {}
 
-        def channel(topic, name, text):
+    def add(writer: Writer, channels: dict[str, int]) -> None:
+        for topic, message in extra:
             if topic not in channels:
+                name = f"{type(message).__module__.split('.')[0]}/msg/{type(message).__name__}"
+                text = message_definition(name).text.encode()
                 schema = writer.register_schema(name, "ros2msg", text)
                 channels[topic] = writer.register_channel(topic, "cdr", schema)
-            return channels[topic]
+            data = serialize_message(message)
+            writer.add_message(channels[topic], 2**60, data, 2**60, 2**31)
 
-        for schema, its_channel, m in reader.iter_messages():
-            number = channel(its_channel.topic, schema.name, schema.data)
-            writer.add_message(number, m.log_time, m.data, m.publish_time, m.sequence)
-        for topic, message in extra:
-            name = f"{type(message).__module__.split('.')[0]}/msg/{type(message).__name__}"
-            number = channel(topic, name, message_definition(name).text.encode())
-            writer.add_message(number, 2**60, serialize_message(message), 2**60, 2**31)
-        writer.finish()
+    rewrite(REFERENCE / "reference_0.mcap", bag, extra=add)
     (bag.parent / "metadata.yaml").unlink()
 
 
