@@ -63,6 +63,15 @@ def test_result_is_complete(ideal_trial):
     }
 
 
+def test_the_error_that_the_twins_segments_leave_is_stated(ideal_trial):
+    found = ideal_trial.result["twin_discretisation"]
+    ratio = ideal_trial.result["heave_ratio"]["twin"]["value"]
+    assert (found["segments"], found["coarse_segments"]) == (40, 20)
+    # `towtank bench segments` has 1 % with 40 segments; the estimate rests on 20 and has twice that
+    assert 0.002 < abs(found["ratio_error"]) / ratio < 0.04
+    assert "The twin has 40 segments." in (ideal_trial.directory / "report.html").read_text()
+
+
 def test_directory_holds_what_a_trial_leaves(ideal_trial):
     names = {path.name for path in ideal_trial.directory.iterdir()}
     assert names == {"bag", "logs", "report.html", "result.json"}

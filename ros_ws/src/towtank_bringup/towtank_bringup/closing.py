@@ -18,6 +18,7 @@ from towtank_bringup.processes import ProcessError
 from towtank_bringup.ros_domain import DomainError
 from towtank_bringup.run_file import RunFileError
 from towtank_bringup.trial_directory import TrialDirectory, TrialDirectoryError
+from towtank_bringup.twin_discretisation import twin_discretisation
 
 
 class IncompleteTrial(RuntimeError):
@@ -58,6 +59,7 @@ def close_trial(directory: TrialDirectory, say: Callable[[str], None]) -> dict[s
         say(f"warning: the trial's directory was renamed meanwhile: it is {directory.path} now")
     say("computing the heave ratios and the report")
     result = trial_result(directory.bag)
+    result["twin_discretisation"] = twin_discretisation(directory.bag, result["window"])
     directory.result.write_text(json.dumps(result, indent=2) + "\n")
     write_report(directory.bag, result, directory.report)
     return result

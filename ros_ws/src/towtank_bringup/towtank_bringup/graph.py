@@ -11,6 +11,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from towtank_sim.resolution import SEGMENTS, STEP
+
 VIRTUAL_BOARD = "vboard/towtank-vboard"
 FIRMWARE_IMAGE = "towtank_board.elf"
 """Where `make -C firmware` puts the program and what it executes, below its folder."""
@@ -106,8 +108,8 @@ class TrialSettings:
     bag: Path
     port: Path
     rate_hz: int = 100
-    segments: int = 20
-    step_s: float = 0.005
+    segments: int = SEGMENTS
+    step_s: float = STEP
     window_s: float = 10.0
     board_drives_crank: bool = True
     any_calibration: bool = False

@@ -25,14 +25,13 @@ from towtank_sim.bench import Bench, TrueState
 from towtank_sim.bench_frame import BenchFrameLayout
 from towtank_sim.drive import TimedCommand
 from towtank_sim.plant import CYCLE_NS, Plant
+from towtank_sim.resolution import SEGMENTS, STEP
 from towtank_sim.terminal_faults import TerminalFault
 from towtank_sim.tow import Tow
 from towtank_sim.twin import Twin
 
 Array = NDArray[np.float64]
 
-SEGMENTS = 20
-STEP = 0.005  # s
 _CYCLE = CYCLE_NS * 1e-9
 
 

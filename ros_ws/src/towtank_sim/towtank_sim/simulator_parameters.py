@@ -3,13 +3,15 @@
 
 from towtank_node.parameters import Parameter
 
+from towtank_sim import resolution
+
 RIG = Parameter("rig", str, "path of the rig file (YAML)")
 SEGMENTS = Parameter(
     "segments",
     int,
     "segments of all lines together, shared out in proportion to the lines' lengths with at least "
     "two each; 0: the rig file's own numbers",
-    default=20,
+    default=resolution.SEGMENTS,
     minimum=0,
     maximum=2000,
 )
@@ -17,7 +19,7 @@ STEP = Parameter(
     "step_s",
     float,
     "longest time step of the simulation, s",
-    default=0.005,
+    default=resolution.STEP,
     minimum=0.0001,
     maximum=0.01,
 )

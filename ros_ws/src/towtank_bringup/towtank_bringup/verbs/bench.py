@@ -71,6 +71,15 @@ def starts(draws: int, segments: int, seed: int, as_json: bool) -> None:
     run(source_tree("the benchmarks"), "starts.py", [], *wishes, *(["--json"] if as_json else []))
 
 
+@command.command()
+@click.option("--rig", "rigs", multiple=True, help="Rig file, or name of one; may be repeated.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def segments(rigs: tuple[str, ...], as_json: bool) -> None:
+    """What the number of segments costs the simulated heave ratio, and takes of the processor."""
+    wishes = [f"--rig={rig}" for rig in rigs]
+    run(source_tree("the benchmarks"), "segments.py", [], *wishes, *(["--json"] if as_json else []))
+
+
 @command.command("bag-fuzz")
 @click.option("--cases", type=click.IntRange(min=1), default=10_000, show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True)
