@@ -27,6 +27,7 @@ from towtank_interfaces.msg import AdcScan, CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.leading import LifecycleClient
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_node.quick_stop import quick_stop
 
 ROOT = Path(__file__).parents[4]
 RIG = ROOT / "hardware" / "rigs" / "nit_calicut_2012.yaml"
@@ -505,6 +506,32 @@ def test_the_crank_is_driven_by_service(graph, tmp_path):
     made.spin_until(lambda: states[-1].state == CrankDrive.STOPPED)
     made.node.trigger_deactivate()
     assert "activate it first" in ask(wanted.RUN, 10.0).message
+    board.terminate()
+    board.communicate()
+
+
+@pytest.mark.real_time
+@pytest.mark.timeout(60)
+def test_an_emergency_stop_between_runs_reaches_the_board_and_holds(graph, tmp_path):
+    """Asked by the quick way, from its own thread, of a node that is connected but not active; the
+    next run is refused until it is cleared."""
+    board = start_board(tmp_path, "--crank-motor")
+    made = graph(tmp_path / "board")
+    domain = made.node.context.get_domain_id()
+    assert quick_stop(domain) == "the board's node is not connected: configure it first"
+    made.node.trigger_configure()
+    assert quick_stop(domain) == ""
+    made.node.trigger_activate()
+    made.spin_until(lambda: made.node._drive.trip == "emergency_stop")
+    asked = made.node._drive.ask("run", 1.0)
+    made.spin_until(asked.done)
+    assert "then clear the trip" in str(asked.exception())
+    asked = made.node._drive.ask("clear_trip")
+    made.spin_until(asked.done)
+    made.node.trigger_deactivate()
+    assert quick_stop(domain) == ""
+    made.node.trigger_cleanup()
+    assert "not connected" in quick_stop(domain)
     board.terminate()
     board.communicate()
 

@@ -6,19 +6,23 @@ deactivate: stop it; cleanup: close the port. While active, one thread of its ow
 serial port's read and publishes each scan, and the drive's state, as its frame is complete
 (rclpy's publish may be called from any thread, and handing over to the executor would cost a
 wake-up a scan). The thread is the only user of the driver as long as it runs, and so it also
-serves the crank's drive. When the board fails, the node goes back to unconfigured, says why, and
+serves the crank's drive. Between runs transitions use the driver, and stops of the crank; a lock
+keeps these apart. When the board fails, the node goes back to unconfigured, says why, and
 can be configured again.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 import statistics
 import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
+from typing import Any
 
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
@@ -51,6 +55,18 @@ _POLL_S = 0.05  # how soon the serial thread sees that it shall end, or what the
 _CLOCK_STEP_S = 0.01  # reading one clock after the other costs microseconds
 _FAILURES = (BoardError, OSError)
 _NOT_ACTIVE = "the board's node is not active any more"
+_STOP_S = 1.0  # what a stop between runs waits for a transition that goes on
+
+
+def _alone(transition: Callable[..., Any]) -> Callable[..., Any]:
+    """No stop of the crank from another thread comes in between."""
+
+    @functools.wraps(transition)
+    def held(self: AdcBoardNode, *arguments: Any) -> Any:
+        with self._between_runs:
+            return transition(self, *arguments)
+
+    return held
 
 
 class AdcBoardNode(ManagedNode):
@@ -101,8 +117,9 @@ class AdcBoardNode(ManagedNode):
         counts = round(math.copysign(crank.counts_per_revolution, crank.per_count))
         self._drive = CrankDrive(counts, self._on_warning)
         self._trial_clock = TrialClock(self)
+        self._between_runs = threading.RLock()  # by whom the driver is used without the thread
         self.drive_node = (
-            CrankDriveNode(self.get_namespace(), board, self._trial_clock)
+            CrankDriveNode(self.get_namespace(), board, self._trial_clock, self._stop_between_runs)
             if parameters.drives_crank
             else None
         )
@@ -130,6 +147,7 @@ class AdcBoardNode(ManagedNode):
 
     # -- transitions
 
+    @_alone
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         self._failure = ""
         try:
@@ -159,6 +177,7 @@ class AdcBoardNode(ManagedNode):
         )
         return super().on_configure(state)
 
+    @_alone
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         # Taken once: slewing moves the system's and the monotonic clock alike, and a later step of
         # the system's clock must not tear the record
@@ -178,6 +197,7 @@ class AdcBoardNode(ManagedNode):
         self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")
         return result
 
+    @_alone
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self._join()
         try:
@@ -200,12 +220,14 @@ class AdcBoardNode(ManagedNode):
         self.close()
         return super().on_shutdown(state)
 
+    @_alone
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Back to unconfigured, from where the node can be configured again."""
         super().on_deactivate(state)
         self._fail(self._failure or f"fault in the transition from '{state.label}'")
         return TransitionCallbackReturn.SUCCESS
 
+    @_alone
     def close(self) -> None:
         """Leave the board idle and give the port back."""
         self._join()
@@ -265,6 +287,25 @@ class AdcBoardNode(ManagedNode):
     def _attend(self, drive: CrankDrive | None) -> None:
         if self.drive_node is not None:
             self.drive_node.attend(drive)
+
+    def _stop_between_runs(self, action: str) -> str | None:
+        """Ask a board that is connected, but does not stream, for a stop. From any thread.
+
+        Returns why it has not stopped, '' if it has, None if the serial thread serves the drive.
+        """
+        if not self._between_runs.acquire(timeout=_STOP_S):
+            return "the board is just being connected or started: ask again"
+        try:
+            if self._thread is not None:
+                return None
+            if self._board is None:
+                return "the board's node is not connected: configure it first"
+            self._board.drive(action)
+        except _FAILURES as error:
+            return str(error)
+        finally:
+            self._between_runs.release()
+        return ""
 
     # -- the rest
 

@@ -3,11 +3,12 @@
 
 It lives in the process of the board's node, whose serial thread is the only user of the driver:
 that thread serves the requests (crank_drive.py) and publishes the states as they come. The drive
-can be set while the board's node is active.
+can be set while the board's node is active, and stopped as long as its board is connected.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import TimeoutError as NotInTime
 
 from towtank_interfaces.msg import CrankDrive as CrankDriveMessage
@@ -23,6 +24,7 @@ from towtank_daq.description import BoardDescription
 
 _ANSWER_S = 2.0
 _PERIOD_S = 0.1  # of the board's frames while the crank turns
+_STOPS = ("stop", "emergency_stop")
 _ACTIONS = {
     SetCrankSpeed.Request.STOP: "stop",
     SetCrankSpeed.Request.RUN: "run",
@@ -32,13 +34,25 @@ _ACTIONS = {
 
 
 class CrankDriveNode(CrankNode):
-    """The drive of the board that the process has, in that node's namespace."""
+    """The drive of the board that the process has, in that node's namespace.
 
-    def __init__(self, namespace: str, board: BoardDescription, clock: TrialClock) -> None:
+    stop_between_runs: called, from any thread, with a stop of board.yaml's `drive_action` while
+    there is no drive to attend to; returns why the crank was not stopped, '' if it was, None if
+    there is a drive by now.
+    """
+
+    def __init__(
+        self,
+        namespace: str,
+        board: BoardDescription,
+        clock: TrialClock,
+        stop_between_runs: Callable[[str], str | None],
+    ) -> None:
         # The process's name and parameters are those of the board's node
         super().__init__("crank_drive", namespace=namespace, use_global_arguments=False)
         self._board = board
         self._trial_clock = clock
+        self._stop_between_runs = stop_between_runs
         self._drive: CrankDrive | None = None
         self._trip = "none"
         self._message = CrankDriveMessage()
@@ -91,6 +105,10 @@ class CrankDriveNode(CrankNode):
 
     def _ask(self, action: str, crank_rate: float = 0.0) -> str:
         """Have the drive do it. Returns why it has not, or ''."""
+        if self._drive is None and action in _STOPS:
+            why_not = self._stop_between_runs(action)
+            if why_not is not None:
+                return why_not
         drive = self._drive
         if drive is None:
             return "the board's node is not active: activate it first"
