@@ -105,6 +105,22 @@ def test_two_prescribed_points_take_a_motion_each():
         simulator.step(0.2, {"top": top, "anchor": anchor, "end": top})
 
 
+@pytest.mark.parametrize(
+    ("motion", "said"),
+    [
+        (None, "motion is None: give a Motion .* for each of 'top'"),
+        ({}, "no motion for the prescribed point 'top': give a Motion"),
+        ({"top": None}, "the motion of 'top' is None"),
+        (3.0, "motion is 3.0: give a Motion"),
+    ],
+)
+def test_a_run_without_a_motion_says_what_to_give(motion, said):
+    b = builder()
+    add(b)
+    with pytest.raises(sc.InvalidInput, match=said):
+        sc.run(b.build(), motion, t_end=0.1)
+
+
 def test_bodies_read_back_as_given():
     body = sc.Body(**BODY, centre_of_gravity=(0, 0, -0.02), munk_moment=0.5)
     assert body.centre_of_gravity.tolist() == [0, 0, -0.02]

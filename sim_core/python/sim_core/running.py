@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from sim_core._core import (
     Integrator,
+    InvalidInput,
     Model,
     Motion,
     Payout,
@@ -48,8 +49,9 @@ def run(
     ``payout`` has the law of each line whose winch runs, by name.
     Raises ConvergenceError (place and time) and InvalidInput.
     """
+    laws = _laws(model, motion)
     if state is None:
-        state = _steady_start(model, motion)
+        state = _steady_start(model, laws)
     simulator = Simulator(
         model,
         state,
@@ -64,7 +66,6 @@ def run(
         simulator.start_balance()
     for line, law in (payout or {}).items():
         simulator.set_payout(line, law)
-    laws = motion if isinstance(motion, Motion) else dict(motion)
     arrays = _record_run(simulator, laws, t_end, output_step)
     peaks = {name: simulator.peak_tensions(name) for name in model.lines}
     points, bodies, lines = histories(model, arrays, peaks)
@@ -88,12 +89,29 @@ def run(
     )
 
 
-def _steady_start(model: Model, motion: Motion | Mapping[str, Motion]) -> State:
+def _laws(model: Model, motion: object) -> Motion | dict[str, Motion]:
+    """The motion as it was given, if that is a law or one for each prescribed point."""
     if isinstance(motion, Motion):
-        sample = motion(0.0)
+        return motion
+    names = ", ".join(f"'{name}'" for name in model.prescribed_points)
+    wanted = f"give a Motion (such as SteadyTow), or a dict with one for each of {names}"
+    if not isinstance(motion, Mapping):
+        raise InvalidInput(f"motion is {motion!r}: {wanted}")
+    for name, law in motion.items():
+        if not isinstance(law, Motion):
+            raise InvalidInput(f"the motion of '{name}' is {law!r}: {wanted}")
+    for name in model.prescribed_points:
+        if name not in motion:
+            raise InvalidInput(f"there is no motion for the prescribed point '{name}': {wanted}")
+    return dict(motion)
+
+
+def _steady_start(model: Model, laws: Motion | dict[str, Motion]) -> State:
+    if isinstance(laws, Motion):
+        sample = laws(0.0)
         vx, vy, _ = sample.velocity
         return steady_tow(model, position=sample.position.tolist(), velocity=(vx, vy, 0.0))
-    samples = {name: law(0.0) for name, law in motion.items()}
+    samples = {name: law(0.0) for name, law in laws.items()}
     vx, vy, _ = next(iter(samples.values())).velocity
     positions = {name: sample.position.tolist() for name, sample in samples.items()}
     return steady_tow(model, position=positions, velocity=(vx, vy, 0.0))
