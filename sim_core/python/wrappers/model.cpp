@@ -127,6 +127,18 @@ void bind_model(nb::module_& module) {
                 return nb::make_tuple(system.attr("build"), nb::make_tuple(system.attr("of")(m)));
             },
             nb::sig("def __reduce__(self) -> tuple[object, ...]"))
+        .def(
+            "__eq__",
+            [](nb::handle self, nb::handle other) -> nb::object {
+                if (!nb::isinstance<SharedModel>(other)) return nb::borrow(Py_NotImplemented);
+                if (nb::cast<SharedModel>(self).model == nb::cast<SharedModel>(other).model) return nb::bool_(true);
+                const nb::object of = nb::module_::import_("sim_core.system").attr("System").attr("of");
+                return nb::bool_(of(self).equal(of(other)));
+            },
+            "other"_a.none(), nb::sig("def __eq__(self, other: object, /) -> bool"))
+        .def(
+            "__hash__", [](const SharedModel& m) { return static_cast<std::int64_t>(m.model->fingerprint >> 1); },
+            nb::sig("def __hash__(self) -> int"))
         // The description, for System.of.
         .def("_describe_point", [](const SharedModel& m, const std::string& name) { return describe_point(m.model->points[m.model->point_index(name)]); })
         .def("_describe_line", [](const SharedModel& m, const std::string& name) { return describe_line(*m.model, m.model->lines[m.model->line_index(name)]); })

@@ -102,7 +102,10 @@ void bind_value(nb::handle cls) {
 
 void bind_values(nb::module_& module) {
     for (const char* name :
-         {"Current", "Sea", "Tank", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body"}) {
+         {"Current", "Sea", "Tank", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body",
+          "MotionSum", "SteadyTow", "EmergencyStop", "Turn", "Sinusoid", "SliderCrank", "TimeSeries",
+          "ResponseOperators", "ShipInSea", "SteadyPayout", "PayoutSeries",
+          "ForwardEuler", "BackwardEuler", "Newmark", "HHT", "GeneralizedAlpha", "SingleStepHoubolt", "Box"}) {
         bind_value(module.attr(name));
     }
 }
