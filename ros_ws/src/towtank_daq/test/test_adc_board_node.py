@@ -89,30 +89,38 @@ def graph():
         made.close()
 
 
-def start_board(tmp_path: Path, *options: str) -> subprocess.Popen:
-    """The virtual board's process; its port is tmp_path/board."""
-    process = subprocess.Popen(
-        [
-            BUILD / "vboard" / "towtank-vboard",
-            "--elf", BUILD / "towtank_board.elf",
-            "--pty-link", tmp_path / "board",
-            "--bench-socket", tmp_path / "bench",
-            *options,
-        ],
-        stdout=subprocess.PIPE,
-        text=True,
-    )  # fmt: skip
-    assert process.stdout.readline().startswith("ready")
-    return process
+@pytest.fixture
+def start_board(tmp_path):
+    """Starts a virtual board's process, whose port is tmp_path/board; ends all that it started,
+    however the test ends: one left over takes a share of the processor for ever."""
+    processes = []
+
+    def start(*options: str) -> subprocess.Popen:
+        process = subprocess.Popen(
+            [
+                BUILD / "vboard" / "towtank-vboard",
+                "--elf", BUILD / "towtank_board.elf",
+                "--pty-link", tmp_path / "board",
+                "--bench-socket", tmp_path / "bench",
+                *options,
+            ],
+            stdout=subprocess.PIPE,
+            text=True,
+        )  # fmt: skip
+        processes.append(process)
+        assert process.stdout.readline().startswith("ready")
+        return process
+
+    yield start
+    for process in processes:
+        process.send_signal(signal.SIGCONT)
+        process.terminate()
+        process.communicate()
 
 
 @pytest.fixture
-def virtual_board(tmp_path):
-    process = start_board(tmp_path)
-    yield process
-    process.send_signal(signal.SIGCONT)
-    process.terminate()
-    process.communicate()
+def virtual_board(start_board):
+    return start_board()
 
 
 @pytest.mark.real_time
@@ -180,7 +188,7 @@ def test_ready_is_said_and_health_is_told(graph, virtual_board, tmp_path):
 
 
 @pytest.mark.timeout(60)
-def test_port_that_vanishes_in_the_run(graph, virtual_board, tmp_path):
+def test_port_that_vanishes_in_the_run(graph, start_board, virtual_board, tmp_path):
     """When its patience is over, the node falls back to unconfigured, says why, and can be
     configured again."""
     made = graph(tmp_path / "board", patience_s=0.0)
@@ -196,20 +204,16 @@ def test_port_that_vanishes_in_the_run(graph, virtual_board, tmp_path):
     virtual_board.wait()
     before = made.scans[-1].count_epoch
     made.scans.clear()
-    again = start_board(tmp_path)
-    try:
-        assert made.node.trigger_configure() == SUCCESS
-        assert made.node.trigger_activate() == SUCCESS
-        made.spin_until(lambda: made.scans)
-        assert made.scans[-1].count_epoch == before + 1
-    finally:
-        again.terminate()
-        again.communicate()
+    start_board()
+    assert made.node.trigger_configure() == SUCCESS
+    assert made.node.trigger_activate() == SUCCESS
+    made.spin_until(lambda: made.scans)
+    assert made.scans[-1].count_epoch == before + 1
 
 
 @pytest.mark.real_time
 @pytest.mark.timeout(60)
-def test_acquisition_goes_on_when_the_port_comes_back(graph, virtual_board, tmp_path):
+def test_acquisition_goes_on_when_the_port_comes_back(graph, start_board, virtual_board, tmp_path):
     """The board's process is killed and another started: its port vanishes and returns, its power
     was off. The gap stands in the numbers of the scans as it does in their stamps."""
     made = graph(tmp_path / "board")
@@ -221,23 +225,19 @@ def test_acquisition_goes_on_when_the_port_comes_back(graph, virtual_board, tmp_
     made.spin_until(lambda: made.statuses[-1].level == DiagnosticStatus.WARN)
     assert "is gone: plug the board in" in made.statuses[-1].message
     epoch = made.scans[-1].count_epoch
-    again = start_board(tmp_path)
-    try:
-        made.spin_until(lambda: made.scans[-1].count_epoch != epoch)
-        made.spin_until(lambda: len(made.scans) > 200)
-        assert made.state == State.PRIMARY_STATE_ACTIVE
-        before = [scan for scan in made.scans if scan.count_epoch == epoch][-1]
-        after = next(scan for scan in made.scans if scan.count_epoch != epoch)
-        passed_s = _seconds(after) - _seconds(before)
-        assert after.sequence - before.sequence == pytest.approx(100 * passed_s, abs=1)
-        assert after.count_epoch == before.count_epoch + 1
-        assert made.node.trigger_deactivate() == SUCCESS
-        details = made.node._details()
-        assert (details["restarts"], details["reconnections"]) == (1, 1)
-        assert details["scans_lost"] >= after.sequence - before.sequence - 1
-    finally:
-        again.terminate()
-        again.communicate()
+    start_board()
+    made.spin_until(lambda: made.scans[-1].count_epoch != epoch)
+    made.spin_until(lambda: len(made.scans) > 200)
+    assert made.state == State.PRIMARY_STATE_ACTIVE
+    before = [scan for scan in made.scans if scan.count_epoch == epoch][-1]
+    after = next(scan for scan in made.scans if scan.count_epoch != epoch)
+    passed_s = _seconds(after) - _seconds(before)
+    assert after.sequence - before.sequence == pytest.approx(100 * passed_s, abs=1)
+    assert after.count_epoch == before.count_epoch + 1
+    assert made.node.trigger_deactivate() == SUCCESS
+    details = made.node._details()
+    assert (details["restarts"], details["reconnections"]) == (1, 1)
+    assert details["scans_lost"] >= after.sequence - before.sequence - 1
 
 
 @pytest.mark.timeout(60)
@@ -466,9 +466,9 @@ def test_rig_wired_otherwise_is_refused(tmp_path):
 
 @pytest.mark.real_time
 @pytest.mark.timeout(60)
-def test_the_crank_is_driven_by_service(graph, tmp_path):
+def test_the_crank_is_driven_by_service(graph, start_board, tmp_path):
     """On the virtual board's motor: started, tripped by the host, refused, cleared, stopped."""
-    board = start_board(tmp_path, "--crank-motor")
+    start_board("--crank-motor")
     made = graph(tmp_path / "board")
     made.executor.add_node(made.node.drive_node)
     states = []
@@ -506,16 +506,14 @@ def test_the_crank_is_driven_by_service(graph, tmp_path):
     made.spin_until(lambda: states[-1].state == CrankDrive.STOPPED)
     made.node.trigger_deactivate()
     assert "activate it first" in ask(wanted.RUN, 10.0).message
-    board.terminate()
-    board.communicate()
 
 
 @pytest.mark.real_time
 @pytest.mark.timeout(60)
-def test_an_emergency_stop_between_runs_reaches_the_board_and_holds(graph, tmp_path):
+def test_an_emergency_stop_between_runs_reaches_the_board_and_holds(graph, start_board, tmp_path):
     """Asked by the quick way, from its own thread, of a node that is connected but not active; the
     next run is refused until it is cleared."""
-    board = start_board(tmp_path, "--crank-motor")
+    start_board("--crank-motor")
     made = graph(tmp_path / "board")
     domain = made.node.context.get_domain_id()
     assert quick_stop(domain) == "the board's node is not connected: configure it first"
@@ -532,8 +530,6 @@ def test_an_emergency_stop_between_runs_reaches_the_board_and_holds(graph, tmp_p
     assert quick_stop(domain) == ""
     made.node.trigger_cleanup()
     assert "not connected" in quick_stop(domain)
-    board.terminate()
-    board.communicate()
 
 
 def by_deactivation(node: AdcBoardNode) -> None:
@@ -544,10 +540,10 @@ def by_deactivation(node: AdcBoardNode) -> None:
 @pytest.mark.real_time
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("end", [by_deactivation, AdcBoardNode.close])
-def test_a_driven_crank_is_stopped_softly_at_the_end(graph, tmp_path, protocol, end):
+def test_a_driven_crank_is_stopped_softly_at_the_end(graph, start_board, tmp_path, protocol, end):
     """At the end of a trial, and on Ctrl-C: it comes to rest along its ramp, with no trip that the
     next run would have to clear."""
-    board = start_board(tmp_path, "--crank-motor")
+    start_board("--crank-motor")
     made = graph(tmp_path / "board")
     made.node.trigger_configure()
     made.node.trigger_activate()
@@ -563,8 +559,6 @@ def test_a_driven_crank_is_stopped_softly_at_the_end(graph, tmp_path, protocol, 
     while not states or states[-1].state not in ("stopped", "tripped"):
         driver.poll(0.1)
     port.close()
-    board.terminate()
-    board.communicate()
     assert {state.state for state in states} == {"stopping", "stopped"}
     assert {state.trip for state in states} == {"none"}
 
@@ -599,9 +593,9 @@ def test_a_step_of_the_hosts_clock_does_no_harm(graph, virtual_board, tmp_path, 
 
 @pytest.mark.real_time
 @pytest.mark.timeout(60)
-def test_a_fault_in_the_serial_thread_is_told_and_stops_the_crank(graph, tmp_path):
+def test_a_fault_in_the_serial_thread_is_told_and_stops_the_crank(graph, start_board, tmp_path):
     """Whatever it is. Nothing would serve the drive any more, and nobody would know."""
-    start_board(tmp_path, "--crank-motor")
+    start_board("--crank-motor")
     made = graph(tmp_path / "board")
     made.node.trigger_configure()
     made.node.trigger_activate()
