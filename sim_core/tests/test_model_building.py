@@ -30,7 +30,7 @@ def add(b, start="top", end="end", segments=2, **changes):
         ({"diameter": -1.0}, "diameter"),
         ({"mass_per_length": 0.0}, "mass_per_length"),
         ({"axial_stiffness": float("nan")}, "axial_stiffness"),
-        ({"normal_drag": -0.1}, "coefficients"),
+        ({"normal_drag": -0.1}, "normal_drag must not be below 0"),
         ({"segments": 0}, "segments"),
         ({"end": "ende"}, "'ende' is neither a point nor a body"),
         ({"end": "top"}, "same place"),

@@ -266,6 +266,15 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
     const auto require = [&name](bool holds, const char* what) {
         if (!holds) throw InvalidInput("body '" + name + "': " + what);
     };
+    const auto require_finite = [&require](double value, const char* what) { require(std::isfinite(value), what); };
+    require_finite(body.mass, "mass must be finite");
+    require_finite(body.volume, "volume must be finite");
+    require_finite(body.length, "length must be finite");
+    require_finite(body.diameter, "diameter must be finite");
+    require_finite(body.axial_drag, "axial_drag must be finite");
+    require_finite(body.cross_flow_drag, "cross_flow_drag must be finite");
+    require(body.inertia.allFinite(), "inertia must be finite");
+    require(body.centre_of_gravity.allFinite(), "centre_of_gravity must be finite");
     require(body.mass > 0.0, "mass must be above 0");
     require(body.length > 0.0 && body.diameter > 0.0, "length and diameter must be above 0");
     require(body.volume >= 0.0, "volume must not be below 0");
@@ -281,6 +290,12 @@ BodyForce::BodyForce(const std::string& name, const Body& body, const Water& wat
     require(Eigen::SelfAdjointEigenSolver<Mat3>(about_cg).eigenvalues().minCoeff() > 0.0,
             "inertia about the origin is too small for the mass and centre_of_gravity");
     for (const Fin& fin : body.fins) {
+        require(fin.position.allFinite(), "a fin's position must be finite");
+        require(fin.normal.allFinite(), "a fin's normal must be finite");
+        require_finite(fin.area, "a fin's area must be finite");
+        require_finite(fin.lift_slope, "a fin's lift_slope must be finite");
+        require_finite(fin.drag, "a fin's drag must be finite");
+        require_finite(fin.cross_flow_drag, "a fin's cross_flow_drag must be finite");
         require(fin.area > 0.0, "a fin's area must be above 0");
         require(fin.stall_angle > 0.0 && fin.stall_angle <= 0.5 * std::numbers::pi,
                 "a fin's stall_angle must lie between 0 and pi/2 rad");

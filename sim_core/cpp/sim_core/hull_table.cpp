@@ -72,7 +72,8 @@ HullTableForce::HullTableForce(const HullTable& table, double density)
     constexpr double kHalfTurn = std::numbers::pi;
     require_angles(table.attack, kHalfTurn, "attack must ascend within -pi and pi, with 3 angles at least");
     require_angles(table.sideslip, 0.5 * kHalfTurn, "sideslip must ascend within -pi/2 and pi/2, with 3 angles at least");
-    require(table.area > 0.0 && table.length > 0.0, "area and length must be above 0");
+    require(table.area > 0.0 && table.length > 0.0 && std::isfinite(table.area) && std::isfinite(table.length),
+            "area and length must be above 0 and finite");
     const std::size_t rows = table.attack.size();
     const std::size_t columns = table.sideslip.size();
     require(table.coefficients.size() == rows * columns, "there must be 6 coefficients for each attack and sideslip");

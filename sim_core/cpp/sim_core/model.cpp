@@ -91,7 +91,7 @@ void require_possible(const LineSection& section, const std::string& where) {
     for (const auto& [coefficient, name] : {std::pair(&p.normal_drag, "normal_drag"),
                                             std::pair(&p.tangential_drag, "tangential_drag")}) {
         if (const double* constant = std::get_if<double>(coefficient)) {
-            require(*constant >= 0.0 && std::isfinite(*constant), where, "coefficients must not be below 0");
+            require(*constant >= 0.0 && std::isfinite(*constant), where, (std::string(name) + " must not be below 0").c_str());
             continue;
         }
         const Table& table = std::get<Table>(*coefficient);
@@ -102,11 +102,15 @@ void require_possible(const LineSection& section, const std::string& where) {
         }
     }
     require(std::isfinite(p.lift), where, "lift must be finite");
-    for (const double value : {p.axial_damping, p.bending_stiffness, p.added_mass, p.displaced_area.value_or(0.0)}) {
-        require(value >= 0.0 && std::isfinite(value), where,
-                "damping, bending stiffness, coefficients and area must not be below 0");
+    for (const auto& [value, name] : {std::pair(p.axial_damping, "axial_damping"),
+                                      std::pair(p.bending_stiffness, "bending_stiffness"),
+                                      std::pair(p.added_mass, "added_mass"),
+                                      std::pair(p.displaced_area.value_or(0.0), "displaced_area")}) {
+        require(value >= 0.0 && std::isfinite(value), where, (std::string(name) + " must not be below 0").c_str());
     }
-    if (p.slack_tension) require(*p.slack_tension > 0.0, where, "slack_tension must be above 0");
+    if (p.slack_tension) {
+        require(*p.slack_tension > 0.0 && std::isfinite(*p.slack_tension), where, "slack_tension must be above 0 and finite");
+    }
 }
 
 /// Free nodes and points, and along each hull nose, middle and tail.
