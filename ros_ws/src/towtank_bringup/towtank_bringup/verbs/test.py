@@ -14,6 +14,7 @@ import click
 from towtank_bringup.environment import short_temporary_folder
 from towtank_bringup.source_tree import source_tree
 
+CORES = str(os.cpu_count())
 PYTEST = (sys.executable, "-m", "pytest")
 SANITIZED = "build/sim_core_sanitized"
 SANITIZED_OPTIONS = (
@@ -23,18 +24,18 @@ SANITIZED_OPTIONS = (
 CHECKS = (
     (sys.executable, "-m", "ruff", "check"),
     (sys.executable, "-m", "ruff", "format", "--check", "--quiet"),
-    ("make", "--no-print-directory", "-C", "firmware", "test"),
+    ("make", "--no-print-directory", "--jobs", CORES, "-C", "firmware", "test"),
     # sim_core alone, without Python: no warnings, memory errors or undefined behaviour.
     ("cmake", "-S", "sim_core", "-B", SANITIZED, *SANITIZED_OPTIONS),
     ("cmake", "--build", SANITIZED, "--", "--quiet"),
-    ("ctest", "--test-dir", SANITIZED, "--output-on-failure"),
+    ("ctest", "--test-dir", SANITIZED, "--parallel", CORES, "--output-on-failure"),
 )
-REAL_TIME = "trial or real_time"
-"""Markers of the tests that need their processes in time: nothing else may run beside them."""
 TESTS = (
     # Workers take tests over from one another at the end, so that none is left without work.
-    (*PYTEST, "-m", f"not ({REAL_TIME})", "-n", "auto", "--dist", "worksteal"),
-    (*PYTEST, "-m", REAL_TIME),
+    (*PYTEST, "-m", "not trial and not real_time", "-n", "auto", "--dist", "worksteal"),
+    # A trial takes little more than half a core.
+    (*PYTEST, "-m", "trial and not real_time", "-n", "2", "--dist", "worksteal"),
+    (*PYTEST, "-m", "real_time"),
 )
 
 
@@ -47,7 +48,8 @@ _ROOM_OF_A_TEST = 85
 def command(pytest_arguments: tuple[str, ...]) -> None:
     """Run the linter, the host tests of firmware and sim_core, and all Python tests.
 
-    The Python tests run on all cores; those that run in real time come after them, one at a time.
+    The Python tests run on all cores. Behind them come whole trials, two at a time, and what needs
+    its processes in time, alone.
     With arguments, run pytest alone with them, in the project's environment.
     """
     source = source_tree("the tests")
