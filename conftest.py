@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of all tests: the installed simulation core, and one hypothesis profile."""
+"""Settings of all tests: the installed simulation core, one hypothesis profile, signals."""
+
+import signal
 
 # Imported before pytest puts the repository's root on the path, where the folder sim_core would
 # stand in for the installed package.
@@ -10,3 +12,9 @@ import sim_core  # noqa: F401
 # A loaded machine may be slow: time limits an example in no test.
 settings.register_profile("towtank", deadline=None)
 settings.load_profile("towtank")
+
+# Under nohup, or behind a shell's &, hang-up and interrupt are ignored, and all would inherit that
+# which the tests start and signal. A handler that does nothing is as deaf, and nobody inherits it.
+for _number in (signal.SIGHUP, signal.SIGINT):
+    if signal.getsignal(_number) == signal.SIG_IGN:
+        signal.signal(_number, lambda *_: None)
