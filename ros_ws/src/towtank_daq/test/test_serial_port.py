@@ -107,10 +107,12 @@ def test_a_second_driver_is_refused_with_the_name_of_the_first(terminal):
         first.communicate("")
 
 
-def test_who_has_the_port_open_is_found(terminal, port):
+def test_who_has_the_port_open_is_found(terminal):
     """Not who serves its other end, as a virtual board does, nor this process."""
-    assert port_users(terminal.path) == []
-    other = subprocess.Popen(["sleep", "60"], stdin=terminal.path.open())
+    with terminal.path.open() as before:  # later, none but root could open it
+        port = SerialPort(str(terminal.path), BAUD)
+        assert port_users(terminal.path) == []
+        other = subprocess.Popen(["sleep", "60"], stdin=before)
     server = subprocess.Popen(["sleep", "60"], stdin=terminal.far, stdout=terminal._kept)
     try:
         assert port_users(terminal.path) == [f"sleep (pid {other.pid})"]
@@ -120,6 +122,7 @@ def test_who_has_the_port_open_is_found(terminal, port):
             process.kill()
             process.wait()
     assert port_users(terminal.path) == []
+    port.close()
 
 
 def test_a_program_that_had_it_open_before_is_told_once(terminal):
