@@ -7,6 +7,7 @@ import pickle
 import struct
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from damaged_states import checksum
 
 import sim_core as sc
 
+CABLE = sc.LineProperties(length=3.0, diameter=0.01, mass_per_length=0.2, axial_stiffness=6e5)
 MOTION = sc.Sinusoid(mean=(0, 0, 0.2), velocity=(1, 0, 0), amplitude=0.06, period=2, ramp_time=2)
 
 
@@ -224,3 +226,152 @@ def test_refuses_the_state_of_another_model(simulator, wu_chwang_model):
         simulator.restore(simulator.save()[:-8])
     with pytest.raises(sc.InvalidInput, match="not a saved state"):
         simulator.restore(b"something else entirely")
+
+
+EVERYTHING = sc.System(
+    water=sc.Water(
+        current=sc.Current(
+            uniform=(0.1, 0, 0),
+            profile=[(-3.0, (0, 0, 0)), (0.0, (0.2, 0, 0))],
+            series=[(0.0, (0, 0, 0)), (9.0, (0, 0.1, 0))],
+        ),
+        waves=sc.regular_waves(height=0.1, period=1.5, depth=9.0, ramp_time=3.0),
+    ),
+    tank=sc.Tank(floor=-9.0, width=4.0, ends=(-50.0, 50.0), stiffness=1e4, bed_stiffness=1e3),
+    points={
+        "bow": sc.PrescribedPoint(),
+        "stern": sc.PrescribedPoint(),
+        "clump": sc.FreePoint(mass=3.0, drag_area=(0.1, 0.2, 0.3), added_mass=1.0),
+        "vane": sc.Weathervane(mass=5.0, volume=1e-3, drag_area=(0.01, 0.1, 0.02)),
+    },
+    bodies={
+        "fish": sc.Body(
+            mass=5.0, inertia=(0.1, 0.5, 0.5), volume=5e-3, diameter=0.1, length=1.0,
+            added_mass=(0.1, 5, 5, 0, 1, 1), axial_drag=0.3, cross_flow_drag=1.1, munk_moment=0.7,
+            places={"nose": (0.5, 0, 0)},
+            drag_area=(0.01, 0.02, 0.03), turning_drag=(0.1, 0.1, 0.1),
+            fins=[
+                sc.Fin(
+                    position=(x, 0, 0), normal=(0, 0, 1), area=0.01, lift_slope=3.0,
+                    aspect_ratio=2.0,
+                )
+                for x in (0.3, -0.5)
+            ],
+            downwash=[sc.Downwash(front=0, rear=1, slope=0.4)],
+        ),
+        "wing": sc.Body(
+            mass=5.0, inertia=(0.1, 0.5, 0.5), volume=5e-3, diameter=0.1, length=1.0,
+            axial_drag=0.0, cross_flow_drag=1.1, munk_moment=0.0, added_mass=(0.1, 5, 5, 0.1, 1, 1),
+            drag_area=(0.01, 0.02, 0.03), turning_drag=(0.1, 0.1, 0.1),
+            hull_table=sc.HullTable(
+                attack=(-0.5, 0, 0.5), sideslip=(-0.5, 0, 0.5),
+                coefficients=[[(0.3, 0.1, 0.2, 0.1, 0.2, 0.1)] * 3] * 3, area=0.01, length=1.0,
+            ),
+        ),
+    },
+    lines={
+        "main": sc.Line("bow", "clump", CABLE, segments=4, paid_out=2.2),
+        "stiff": sc.Line(
+            "stern", "fish", CABLE.replace(bending_stiffness=0.1, slack_tension=0.1, lift=0.1),
+            segments=3, attachment=(0.5, 0, 0), start_direction=(0, 0, -2.0),
+            end_direction=(-1.0, 0.1, 0),
+        ),
+        "table": sc.SectionedLine(
+            "clump", "vane",
+            sections=((CABLE.replace(
+                axial_stiffness=[(0, 0), (0.1, 1e3)], normal_drag=[(1e3, 1.2), (1e6, 0.8)],
+                displaced_area=1e-4,
+            ), 2),),
+        ),
+    },
+    joints={"hinge": sc.Joint(
+        "fish", "wing", stiffness=1e5, damping=10.0, start_attachment=(-0.5, 0, 0),
+        attachment=(0.5, 0, 0),
+    )},
+)  # fmt: skip
+
+
+def varied(value):
+    """Copies of a description, each with one number changed in its last digits: the path, tries."""
+    if isinstance(value, float):
+        tries = [value * (1 - 1e-12), value * (1 + 1e-12), value + 1e-12, value - 1e-12]
+        yield "", [other for other in tries if other != value]
+    elif isinstance(value, np.ndarray):
+        yield from varied(value.tolist())
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            for path, tries in varied(item):
+                yield f".{key}{path}", [{**value, key: other} for other in tries]
+    elif isinstance(value, list | tuple):
+        for i, item in enumerate(value):
+            for path, tries in varied(item):
+                yield f".{i}{path}", [(*value[:i], other, *value[i + 1 :]) for other in tries]
+    elif hasattr(value, "replace") and not isinstance(value, str):
+        fields = getattr(value, "__dict__", None) or {
+            name: getattr(value, name)
+            for name, item in vars(type(value)).items()
+            if isinstance(item, property)
+        }
+        for name, item in fields.items():
+            for path, tries in varied(item):
+                changed = [partial(type(value), **{**fields, name: other}) for other in tries]
+                yield f".{name}{path}", changed
+
+
+def test_refuses_the_state_of_a_model_that_differs_in_any_value():
+    """Replay with another mass, drag or current is an error: it would silently be another run."""
+    model = EVERYTHING.build()
+    saved = sc.State(model).save()
+    same = sc.State(pickle.loads(pickle.dumps(model)))
+    same.restore(saved)
+    count, fixed = 0, set()
+    for path, tries in varied(EVERYTHING):
+        other = first_that_builds(tries)
+        if other is None:
+            fixed.add(path)
+            continue
+        assert other != model, path
+        with pytest.raises(sc.InvalidInput, match="another model"):
+            sc.State(other).restore(saved)
+        with pytest.raises(sc.InvalidInput, match="another model"):
+            sc.Simulator(other, sc.State(model))
+        count += 1
+    assert count > 300
+    # What a hull table leaves at zero, what a winch winds, and where a table of tension begins
+    assert fixed == {
+        ".bodies.wing.axial_drag",
+        ".bodies.wing.munk_moment",
+        ".lines.main.properties.bending_stiffness",
+        ".lines.table.sections.0.0.axial_stiffness.0.0",
+        ".lines.table.sections.0.0.axial_stiffness.0.1",
+    }
+
+
+def first_that_builds(tries):
+    for make in tries:
+        try:
+            return made(make).build()
+        except sc.InvalidInput:
+            continue
+    return None
+
+
+def made(description):
+    """Parts are made from the inside to the outside only here, where what is refused is skipped."""
+    if isinstance(description, partial):
+        values = {name: made(item) for name, item in description.keywords.items()}
+        return description.func(**values)
+    if isinstance(description, dict):
+        return {key: made(item) for key, item in description.items()}
+    if isinstance(description, list | tuple):
+        return tuple(made(item) for item in description)
+    return description
+
+
+def test_the_state_of_an_equal_model_is_taken(simulator):
+    """Model and state may have come from another process one by one."""
+    state = pickle.loads(pickle.dumps(simulator.state))
+    other = sc.Simulator(simulator.model, state)
+    for s in (simulator, other):
+        s.step(1.2, MOTION)
+    assert other.save() == simulator.save()

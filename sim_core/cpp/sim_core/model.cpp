@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "error.hpp"
+#include "fingerprint.hpp"
 
 namespace sim_core {
 
@@ -186,7 +187,7 @@ void add_bending(Model& model, Model::Line& line, const LineEnd ends[2]) {
         line.clamps[0] = static_cast<int>(model.clamps.size());
         model.clamps.push_back({half_stiffness.front(),
                                 0.5 * length.front(),
-                                *ends[0].direction,
+                                ends[0].direction->normalized(),
                                 {line.sites[0], line.sites[1]},
                                 {}});
         stiffen(half_stiffness.front(), length.front());
@@ -196,17 +197,10 @@ void add_bending(Model& model, Model::Line& line, const LineEnd ends[2]) {
         line.clamps[1] = static_cast<int>(model.clamps.size());
         model.clamps.push_back({half_stiffness.back(),
                                 0.5 * length.back(),
-                                -*ends[1].direction,
+                                -ends[1].direction->normalized(),
                                 {line.sites[last], line.sites[last - 1]},
                                 {}});
         stiffen(half_stiffness.back(), length.back());
-    }
-}
-
-void hash(std::uint64_t& h, std::uint64_t value) {  // FNV-1a over eight bytes
-    for (int i = 0; i < 8; ++i) {
-        h = (h ^ (value & 0xff)) * 0x100000001b3ULL;
-        value >>= 8;
     }
 }
 
@@ -323,7 +317,6 @@ void ModelBuilder::add_line(const std::string& name, const LineEnd& start, const
             return point.name == held.at && !point.prescribed;
         });
         require(free == points_.end(), where, (direction + " is only for an end at a prescribed point or a body").c_str());
-        held.direction->normalize();
     }
     lines_.push_back(line);
 }
@@ -517,24 +510,14 @@ Model ModelBuilder::build() const {
         model.stiffest_segment =
             std::max(model.stiffest_segment, tank_->stiffness + tank_->bed_stiffness * place.size.area);
     }
-    model.fingerprint = 0xcbf29ce484222325ULL;
     for (const SegmentConstants& c : model.segment_constants) {
         model.stiffest_segment = std::max(model.stiffest_segment, c.axial_stiffness / c.length);
     }
     for (const Winch& winch : model.winches) {  // its changing segment gets as short as half a segment
         const SegmentConstants& c = model.segment_constants[model.segments[winch.first_segment].constants];
         model.stiffest_segment = std::max(model.stiffest_segment, 2.0 * c.axial_stiffness / c.length);
-        hash(model.fingerprint, static_cast<std::uint64_t>(winch.line));
     }
-    for (const Model::Line& line : model.lines) {
-        for (const int site : line.sites) hash(model.fingerprint, static_cast<std::uint64_t>(site));
-    }
-    for (const Model::Joint& joint : model.joints) {
-        for (const int site : joint.site) hash(model.fingerprint, static_cast<std::uint64_t>(site));
-    }
-    for (const int count : {model.free_sites, model.prescribed_sites, model.sites(), model.blocks()}) {
-        hash(model.fingerprint, static_cast<std::uint64_t>(count));
-    }
+    model.fingerprint = fingerprint(model);
     return model;
 }
 

@@ -129,7 +129,7 @@ struct Model {
     BlockStructure structure;
     double force_scale = 1.0;        ///< N: weight in air of everything, the measure for residuals
     double stiffest_segment = 0.0;   ///< largest stiffness of a node against one segment or spring, N/m
-    std::uint64_t fingerprint = 0;   ///< of the layout, so that a saved state is not restored into another model
+    std::uint64_t fingerprint = 0;   ///< of the whole description: a saved state is not restored into another model
 
     int point_index(const std::string& name) const;
     int body_index(const std::string& name) const;

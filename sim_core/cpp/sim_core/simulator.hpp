@@ -119,7 +119,7 @@ class Simulator {
     /// What touched the tank since the start, or since the state was restored.
     const ContactWatch& contacts() const { return contacts_; }
 
-    /// Replaces the state by a saved one of a model of the same layout. A state whose accelerations are unknown gets them.
+    /// Replaces the state by a saved one of the same model. A state whose accelerations are unknown gets them.
     /// Throws InvalidInput (State::restore) or ConvergenceError, and the simulator is as it was.
     void restore(const std::string& bytes);
 

@@ -84,7 +84,7 @@ struct State {
     /// Inner node 1 … segments − 1 of a line.
     void set_line_node(const std::string& name, int node, const Vec3& position, const Vec3& velocity);
 
-    /// The exact state as bytes, and back. restore throws InvalidInput if the bytes belong to a model of another layout, are
+    /// The exact state as bytes, and back. restore throws InvalidInput if the bytes belong to a model that differs in any value, are
     /// damaged, or say what no state of this model can be; the state is then as it was.
     std::string save() const;
     void restore(const std::string& bytes);

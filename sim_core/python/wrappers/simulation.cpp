@@ -274,7 +274,7 @@ something was set by hand the simulator first solves for the accelerations.)");
         .def(
             "restore", [](State& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
             "bytes"_a,
-            "Take over a saved state of a model of the same layout. InvalidInput if it is of another layout or damaged;\n"
+            "Take over a saved state of the same model. InvalidInput if it is of one that differs in any value, or damaged;\n"
             "the state is then as it was.")
         .def("__copy__", [](const State& s) { return State(s); })
         .def("__deepcopy__", [](const State& s, nb::handle) { return State(s); }, "memo"_a)
@@ -367,7 +367,9 @@ The GIL is released while stepping; use each simulator from one thread at a time
             [](Simulator* self, const SharedModel& model, const State& state, std::shared_ptr<Integrator> integrator,
                double max_step, double newton_tolerance, int max_iterations, std::optional<double> error_tolerance,
                std::optional<double> min_step, std::optional<double> energy_tolerance, bool inelastic_snaps) {
-                if (state.model != model.model) throw InvalidInput("the state belongs to another model");
+                if (state.model->fingerprint != model.model->fingerprint) {
+                    throw InvalidInput("the state belongs to another model");
+                }
                 if (!integrator) integrator = std::make_shared<GeneralizedAlpha>();
                 std::optional<StepControl> control;
                 if (error_tolerance) control = {*error_tolerance, min_step.value_or(1e-4 * max_step)};
@@ -465,8 +467,8 @@ The GIL is released while stepping; use each simulator from one thread at a time
         .def(
             "restore", [](Simulator& s, nb::bytes bytes) { s.restore(std::string(bytes.c_str(), bytes.size())); },
             "bytes"_a,
-            "Take over a saved state of a model of the same layout, and solve for its accelerations if it was set by\n"
-            "hand. InvalidInput if it is of another layout or damaged; the simulator is then as it was.")
+            "Take over a saved state of the same model, and solve for its accelerations if it was set by\n"
+            "hand. InvalidInput if it is damaged, or of a model that differs in any value; the simulator is then as it was.")
         .def_prop_ro(
             "contacts",
             [](const Simulator& s) {
