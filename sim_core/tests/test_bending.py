@@ -266,5 +266,5 @@ def test_refuses_clamps_that_hold_nothing():
         b.add_line("l", "root", "tip", strip(1.0, 1.0), segments=2, end_direction=(1, 0, 0))
     with pytest.raises(sc.InvalidInput, match="start_direction must be finite and not zero"):
         b.add_line("l", "root", "tip", strip(1.0, 1.0), segments=2, start_direction=(0, 0, 0))
-    with pytest.raises(sc.InvalidInput, match="bending stiffness"):
+    with pytest.raises(sc.InvalidInput, match="bending_stiffness"):
         b.add_line("l", "root", "tip", strip(1.0, -1.0), segments=2)

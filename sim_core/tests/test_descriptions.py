@@ -262,3 +262,14 @@ def test_impossible_parts_are_refused_where_they_are_built():
         TOW.replace({"lines.cable.properties.length": -1.0}).build()
     with pytest.raises(sc.InvalidInput, match="point 'tow_point' is a float"):
         TOW.replace({"points.tow_point": 1.0}).build()
+
+
+def test_a_name_with_dots_is_reached_by_its_path():
+    dotted = sc.System(
+        points={"tow.point": sc.PrescribedPoint(), "tow": sc.FreePoint(mass=1.0)},
+        lines={"main.1": sc.Line("tow.point", "tow", CABLE, segments=2)},
+    )
+    longer = dotted.replace({"lines.main.1.properties.length": 4.0})
+    assert longer.lines["main.1"].properties == CABLE.replace(length=4.0)
+    assert dotted.replace({"points.tow.mass": 2.0}).points["tow"].mass == 2.0
+    assert dotted.replace({"points.tow.point": sc.FreePoint()}).points["tow.point"].mass == 0.0

@@ -175,7 +175,7 @@ def test_joints_are_part_of_the_description():
     ("change", "message"),
     [
         ({"joints.hinge.stiffness": 0.0}, "joint 'hinge': stiffness must be above 0"),
-        ({"joints.hinge.stiffness": math.inf}, "joint 'hinge': stiffness must be above 0"),
+        ({"joints.hinge.stiffness": math.inf}, "Joint: stiffness must be finite, not inf"),
         ({"joints.hinge.damping": -1.0}, "joint 'hinge': damping must not be below 0"),
         ({"joints.hinge.attachment": None}, "joint 'hinge': attachment is needed at a body"),
         ({"joints.hinge.end": "fish"}, "joint 'hinge': its end 'fish' is neither"),

@@ -12,6 +12,7 @@ y to port, z up, origin at mid-hull. SI units throughout, angles in rad.
     result = run(model, motion, t_end=60)
 """
 
+import sim_core.arguments  # noqa: F401 (first, so that all below refuse by name)
 from sim_core._core import (
     HHT,
     BackwardEuler,

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_core.arguments import require_finite
+
 
 @dataclass(frozen=True)
 class Part:
@@ -25,6 +27,10 @@ class Part:
     centre: Sequence[float]  #: (3,) m, body axes, of mass and volume
     #: kg·m² about its own centre: (Ixx, Iyy, Izz) or (3, 3); zero for a point
     inertia: Sequence[float] | NDArray[np.float64] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            require_finite("Part", name, value)
 
 
 @dataclass(frozen=True)

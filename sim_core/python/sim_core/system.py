@@ -19,6 +19,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, TypeVar
 
 from sim_core._core import Body, InvalidInput, LineProperties, Model, ModelBuilder, Tank, Water
+from sim_core.arguments import require_finite
 
 Triple = tuple[float, float, float]
 Described = TypeVar("Described", bound="_Described")
@@ -26,6 +27,10 @@ Described = TypeVar("Described", bound="_Described")
 
 class _Described:
     """What the parts below have in common with those of the compiled library."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            require_finite(type(self).__name__, name, value)
 
     def replace(self: Described, **changes: object) -> Described:
         """A copy with other values."""
@@ -131,7 +136,7 @@ _POINTS: dict[str, type[PrescribedPoint | FreePoint | Weathervane]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class System:
-    """All parts of a system. Building checks them; until then any value may stand here."""
+    """All parts of a system. Building checks them; until then any finite value may stand here."""
 
     water: Water = field(default_factory=Water)
     points: Mapping[str, PrescribedPoint | FreePoint | Weathervane]
@@ -169,7 +174,8 @@ class System:
         """A copy with other values at dotted paths; the rest is shared.
 
         changes: ``{"water.density": 1025.0, "bodies.fish.fins.0.area": 0.02}``. A path may also
-        name a whole part, known or new: ``{"points.float": FreePoint(volume=1e-3)}``.
+        name a whole part, known or new: ``{"points.float": FreePoint(volume=1e-3)}``. A part may
+        have dots in its name; of two names that a path begins with the longer is meant.
         Raises InvalidInput naming the path.
         """
         system = self
@@ -212,6 +218,10 @@ def _changed(node: Any, keys: list[str], value: object) -> Any:
     """A copy of a part, a mapping or a sequence of parts with another value inside."""
     key, *deeper = keys
     if isinstance(node, Mapping):
+        for last in range(len(keys), 1, -1):  # a name with dots
+            if (dotted := ".".join(keys[:last])) in node:
+                key, deeper = dotted, keys[last:]
+                break
         if key not in node and deeper:
             raise InvalidInput(f"there is no '{key}', but {', '.join(node) or 'nothing'}")
         return {**node, key: _changed(node[key], deeper, value) if deeper else value}

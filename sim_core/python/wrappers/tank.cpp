@@ -38,15 +38,16 @@ from about sliding_speed (m/s) on. Fins do not touch. Raises InvalidInput.)")
         .def_ro("sliding_speed", &Tank::sliding_speed);
 
     nb::class_<Contact>(module, "Contact", "Something touched the tank.")
+        .def(
+            "__init__",
+            [](Contact* self, const std::string& place, const std::string& side, const Triple& position, double time,
+               double released) { new (self) Contact{place, side, to_vec3(position), time, released}; },
+            nb::kw_only(), "place"_a, "side"_a, "position"_a, "time"_a, "released"_a)
         .def_ro("place", &Contact::place, "what touched, as \"line 'cable' node 3\" or \"body 'fish' nose\"")
         .def_ro("side", &Contact::side, "floor, port wall, starboard wall, aft end or forward end")
         .def_ro("position", &Contact::position, "(3,) m, of the place when it touched")
         .def_ro("time", &Contact::time, "s, at the end of the step that touched")
-        .def_ro("released", &Contact::released, "s, likewise; inf while it still touches")
-        .def("__repr__", [](const Contact& c) {
-            return nb::str("Contact(place={!r}, side={!r}, time={!r}, released={!r})")
-                .format(c.place, c.side, c.time, c.released);
-        });
+        .def_ro("released", &Contact::released, "s, likewise; inf while it still touches");
 }
 
 }  // namespace sim_core::python

@@ -102,12 +102,16 @@ void bind_value(nb::handle cls) {
 
 void bind_values(nb::module_& module) {
     for (const char* name :
-         {"Current", "Sea", "Tank", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body",
+         {"Current", "Sea", "Tank", "Contact", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body",
           "MotionSum", "SteadyTow", "EmergencyStop", "Turn", "Sinusoid", "SliderCrank", "TimeSeries",
           "ResponseOperators", "ShipInSea", "SteadyPayout", "PayoutSeries",
           "ForwardEuler", "BackwardEuler", "Newmark", "HHT", "GeneralizedAlpha", "SingleStepHoubolt", "Box"}) {
         bind_value(module.attr(name));
     }
+    // Makes a class construct by the __init__ that it has now, which the library's own short cut passes by.
+    module.def("_construct_by_init", [](nb::handle cls) {
+        reinterpret_cast<PyTypeObject*>(cls.ptr())->tp_vectorcall = nullptr;
+    }, "cls"_a);
 }
 
 }  // namespace sim_core::python
