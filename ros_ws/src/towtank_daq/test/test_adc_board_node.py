@@ -187,6 +187,7 @@ def test_ready_is_said_and_health_is_told(graph, virtual_board, tmp_path):
     assert float(values["clock_residual_us"]) >= 0
 
 
+@pytest.mark.real_time
 @pytest.mark.timeout(60)
 def test_port_that_vanishes_in_the_run(graph, start_board, virtual_board, tmp_path):
     """When its patience is over, the node falls back to unconfigured, says why, and can be
@@ -240,6 +241,7 @@ def test_acquisition_goes_on_when_the_port_comes_back(graph, start_board, virtua
     assert details["scans_lost"] >= after.sequence - before.sequence - 1
 
 
+@pytest.mark.real_time
 @pytest.mark.timeout(60)
 def test_a_reset_in_the_run_of_a_board_with_a_bootloader(graph, virtual_board, tmp_path):
     """Its reset button: the node stays active, and says so."""
@@ -261,6 +263,7 @@ def _seconds(scan: AdcScan) -> float:
     return scan.header.stamp.sec + 1e-9 * scan.header.stamp.nanosec
 
 
+@pytest.mark.real_time
 @pytest.mark.timeout(60)
 def test_board_that_falls_silent_in_the_run(graph, virtual_board, tmp_path):
     made = graph(tmp_path / "board", patience_s=0.0)
@@ -365,6 +368,7 @@ def test_board_of_another_schema(graph, protocol):
 # -- as processes
 
 
+@pytest.mark.real_time
 @pytest.mark.timeout(60)
 def test_interrupt_in_the_run_leaves_an_idle_board(virtual_board, tmp_path, protocol):
     """SIGINT at any moment: no traceback, status 0, and the port is free and the board idle."""
