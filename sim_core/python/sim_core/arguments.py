@@ -181,37 +181,44 @@ def refusal(signatures: Sequence[Signature], args: Sequence[Any], kwargs: Mappin
 
 def guarded(function: Any, owner: str) -> Callable[..., Any]:
     """A compiled function that refuses by name; owner: what it is called in messages."""
-    signatures = [
-        Signature.of(text, defaults or ()) for text, _, defaults in function.__nb_signature__
-    ]
+
+    @functools.cache
+    def signatures() -> list[Signature]:  # read when first needed: there are many functions
+        return [Signature.of(text, defaults or ()) for text, _, defaults in overloads]
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         own = args[method:]
-        for name, value in signatures[0].given(own, kwargs).items():
+        for name, value in signatures()[0].given(own, kwargs).items():
             require_finite(owner, name, value)
         try:
             return function(*args, **kwargs)
         except TypeError as error:
             if "incompatible function arguments" not in str(error):
                 raise
-            why = f"{owner} {refusal(signatures, own, kwargs)}"
+            why = f"{owner} {refusal(signatures(), own, kwargs)}"
         raise TypeError(why)
 
-    method = int("(self" in function.__nb_signature__[0][0])
-    call.__nb_signature__ = function.__nb_signature__  # type: ignore[attr-defined]
+    overloads = function.__nb_signature__
+    method = int("(self" in overloads[0][0])
+    call.__nb_signature__ = overloads  # type: ignore[attr-defined]
     return call
+
+
+def is_compiled(item: object) -> bool:
+    """Whether something is a function or a method of the library."""
+    return type(item).__name__ in ("nb_func", "nb_method")
 
 
 def guard(library: types.ModuleType) -> None:
     """Make constructors and functions of the library, and the builder's methods, refuse by name."""
     for name, item in list(vars(library).items()):
         if not isinstance(item, type):
-            if hasattr(item, "__nb_signature__"):
+            if is_compiled(item):
                 setattr(library, name, guarded(item, CALLED.get(name, name.lstrip("_"))))
             continue
         construct = vars(item).get("__init__")
-        if hasattr(construct, "__nb_signature__"):
+        if is_compiled(construct):
             setattr(item, "__init__", guarded(construct, name))  # noqa: B010 (for mypy)
             library._construct_by_init(item)
     for name, item in list(vars(library.ModelBuilder).items()):
