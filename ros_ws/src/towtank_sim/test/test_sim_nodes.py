@@ -19,6 +19,7 @@ from towtank_interfaces.srv import SetCrankSpeed, SetDrive
 from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 from towtank_node.quick_stop import quick_stop
 from towtank_rig.conversion import carriage_encoder, depth_from_pressure, pressure_conversion
+from towtank_sim.resolution import SEGMENTS
 
 PERIOD_NS = 10_000_000
 FRAME = struct.Struct("<IIq6d2d")
@@ -112,9 +113,9 @@ def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
     # All lines meet: primary's end, depressor line's start and secondary's start are one point.
     cable = cables[-1]
     assert cable.line_names == ["primary", "depressor", "secondary"]
-    assert sum(cable.segment_counts) == 20
-    assert len(cable.x) == 23
-    assert len(cable.tension) == 20
+    assert sum(cable.segment_counts) == SEGMENTS
+    assert len(cable.x) == SEGMENTS + 3  # each of the three lines has a node more
+    assert len(cable.tension) == SEGMENTS
     first, second, _ = cable.segment_counts
     junction = [(cable.x[i], cable.z[i]) for i in (first, first + 1, first + second + 2)]
     assert junction[0] == junction[1] == junction[2]
