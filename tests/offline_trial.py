@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
+from towtank_bringup.simulated_heave import plant_samples
 from towtank_compare.heave import HeaveResult, HeaveSamples, analyse_window
 from towtank_compare.series import Series
 from towtank_daq.board import AdcBoard, Scan, Transport
@@ -59,19 +59,8 @@ class OfflineTrial:
 
     def truth(self) -> HeaveResult:
         """The plant's own heave, at the places of the sensors."""
-        history, sensors = self.history, self.rig.sensors
-        stamps = START_NS + np.round(history.time * 1e9).astype(np.int64)
-        port = history.fish_place(sensors.fish_pressure.position.value)
-        return analyse_window(
-            HeaveSamples(
-                "plant",
-                Series.of(stamps, history.crank_angle),
-                Series.of(stamps, port[:, 2]),
-                Series.of(stamps, history.depressor_position[:, 2]),
-            ),
-            self.rig,
-            *self.window_ms,
-        )
+        samples = plant_samples(self.rig, self.history, START_NS)
+        return analyse_window(samples, self.rig, *self.window_ms)
 
     def measure(
         self, errors: SensorErrors, seed: int, noise_volts: float | tuple[float, ...]

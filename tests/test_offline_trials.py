@@ -10,8 +10,8 @@ import pytest
 from offline_trial import START_NS, OfflineTrial
 from towtank_bringup.plan import conversion_noise
 from towtank_bringup.rigs import rig_path
-from towtank_compare.heave import HeaveSamples, analyse_window
-from towtank_compare.series import Series
+from towtank_bringup.simulated_heave import twin_samples
+from towtank_compare.heave import analyse_window
 from towtank_rig import load_rig, sensor_errors
 from towtank_sim.offline import simulate_twin
 
@@ -34,17 +34,8 @@ def test_ideal_sensors_and_the_same_model_close_the_loop(trial):
     time_s = (crank.stamp_ns - START_NS) * 1e-9
     carriage = np.interp(time_s, trial.history.time, trial.history.carriage_position)
     twin = simulate_twin(trial.rig, time_s, crank.values, carriage)
-    stamps = START_NS + np.round(twin.time * 1e9).astype(np.int64)
-    port = twin.fish_place(trial.rig.sensors.fish_pressure.position.value)
     simulated = analyse_window(
-        HeaveSamples(
-            "twin",
-            crank,
-            Series.of(stamps, port[:, 2]),
-            Series.of(stamps, twin.depressor_position[:, 2]),
-        ),
-        trial.rig,
-        *trial.window_ms,
+        twin_samples(trial.rig, crank, twin, START_NS), trial.rig, *trial.window_ms
     )
     for place in ("fish", "depressor"):
         ours, theirs = getattr(measured, place), getattr(simulated, place)

@@ -16,8 +16,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 from towtank_bringup.rigs import rig_path
-from towtank_compare.heave import HeaveSamples, analyse_window
-from towtank_compare.series import Series
+from towtank_bringup.simulated_heave import plant_samples
+from towtank_compare.heave import analyse_window
 from towtank_rig import Rig, load_rig
 from towtank_sim.drive import trial_commands
 from towtank_sim.offline import simulate_plant
@@ -37,14 +37,7 @@ def ratio_of(rig: Rig, segments: int) -> tuple[float, float]:
         rig, trial_commands(rig, rest=REST_S, steady=60.0), before + log, segments=segments
     )
     cost = (time.process_time() - begun) / history.time[-1]
-    stamps = np.round(history.time * 1e9).astype(np.int64)
-    port = history.fish_place(rig.sensors.fish_pressure.position.value)
-    samples = HeaveSamples(
-        "plant",
-        Series.of(stamps, history.crank_angle),
-        Series.of(stamps, port[:, 2]),
-        Series.of(stamps, history.depressor_position[:, 2]),
-    )
+    samples = plant_samples(rig, history)
     return analyse_window(
         samples, rig, round(1e3 * before), round(1e3 * (before + log))
     ).ratio, cost

@@ -16,8 +16,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 from towtank_bringup.rigs import rig_path
-from towtank_compare.heave import HeaveSamples, analyse_window
-from towtank_compare.series import Series
+from towtank_bringup.simulated_heave import plant_samples
+from towtank_compare.heave import analyse_window
 from towtank_rig import Rig, load_rig
 from towtank_sim.drive import trial_commands
 from towtank_sim.offline import simulate_plant
@@ -36,14 +36,7 @@ def leaks(rig: Rig) -> tuple[float, dict[float, list[float]]]:
     ramp, period = rig.run.ramp_time.value, 2 * np.pi / rig.run.crank_rate.value
     commands = trial_commands(rig, rest=REST_S, steady=STEADY_S)
     history = simulate_plant(rig, commands, REST_S + ramp + STEADY_S)
-    stamps = np.round(history.time * 1e9).astype(np.int64)
-    port = history.fish_place(rig.sensors.fish_pressure.position.value)
-    samples = HeaveSamples(
-        "plant",
-        Series.of(stamps, history.crank_angle),
-        Series.of(stamps, port[:, 2]),
-        Series.of(stamps, history.depressor_position[:, 2]),
-    )
+    samples = plant_samples(rig, history)
 
     def ratio(start_s: float, end_s: float) -> float:
         steady_s = REST_S + ramp

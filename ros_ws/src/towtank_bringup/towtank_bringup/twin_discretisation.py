@@ -15,15 +15,14 @@ import numpy as np
 from towtank_compare import topics
 from towtank_compare.compare import Comparison, open_comparison
 from towtank_compare.harmonic import AnalysisError
-from towtank_compare.heave import HeaveSamples, analyse_window
-from towtank_compare.places import pressure_port
+from towtank_compare.heave import analyse_window
 from towtank_compare.report import CABLE_STATE
 from towtank_compare.samples import joint_series
-from towtank_compare.series import Series
 from towtank_sim.model import ModelError
 from towtank_sim.offline import simulate_twin
 
 import sim_core as sc
+from towtank_bringup.simulated_heave import twin_samples
 
 
 def twin_discretisation(bag: str | Path, window: tuple[float, float]) -> dict[str, Any] | None:
@@ -70,12 +69,5 @@ def _heave_ratio(opened: Comparison, segments: int, window: tuple[float, float])
     begin_ns = int(crank.stamp_ns[0])
     seconds = (crank.stamp_ns - begin_ns) * 1e-9
     twin = simulate_twin(opened.rig, seconds, crank.values, carriage.values, segments=segments)
-    stamps = begin_ns + np.round(twin.time * 1e9).astype(np.int64)
-    port = twin.fish_place(pressure_port(opened.rig).position)
-    samples = HeaveSamples(
-        "twin",
-        crank,
-        Series.of(stamps, port[:, 2]),
-        Series.of(stamps, twin.depressor_position[:, 2]),
-    )
+    samples = twin_samples(opened.rig, crank, twin, begin_ns)
     return analyse_window(samples, opened.rig, *(round(1000 * t) for t in window)).ratio
