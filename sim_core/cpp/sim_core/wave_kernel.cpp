@@ -116,6 +116,17 @@ template <int rows>
     for (int row = 0; row < rows; ++row) sums[row] = (sum[row][0] + sum[row][2]) + (sum[row][1] + sum[row][3]);
 }
 
+/// Of the first `few` rows of weights, or of all `many` of them where the water's curvature is wanted.
+template <int few, int many>
+[[gnu::always_inline]] inline void add_up(bool curved, const double* weights, const double* of, std::size_t count,
+                                          double* sums) {
+    if (curved) {
+        add_up<many>(weights, of, count, sums);
+    } else {
+        add_up<few>(weights, of, count, sums);
+    }
+}
+
 void surface(const WaveArrays& trains, double x, double y, bool curved, SurfaceSums& sums) {
     const WaveArrays t = trains;
     for (std::size_t i = 0; i < t.count; i += kLanes) {
@@ -128,11 +139,7 @@ void surface(const WaveArrays& trains, double x, double y, bool curved, SurfaceS
         store(cosine, t.cosine + i);
     }
     const double* weights = t.weights;
-    if (curved) {
-        add_up<kOfCosineCurved>(weights, t.cosine, t.count, sums.cosine);
-    } else {
-        add_up<kOfCosine>(weights, t.cosine, t.count, sums.cosine);
-    }
+    add_up<kOfCosine, kOfCosineCurved>(curved, weights, t.cosine, t.count, sums.cosine);
     weights += kOfCosineCurved * t.count;
     add_up<kOfSine>(weights, t.sine, t.count, sums.sine);
 }
@@ -156,21 +163,13 @@ void below(const WaveArrays& trains, double z, bool curved, DepthSums& sums) {
         store(S * sine, t.S_sine + i);
     }
     const double* weights = t.weights + (kOfCosineCurved + kOfSine) * t.count;
-    if (curved) {
-        add_up<kOfCCosineCurved>(weights, t.C_cosine, t.count, sums.C_cosine);
-    } else {
-        add_up<kOfCCosine>(weights, t.C_cosine, t.count, sums.C_cosine);
-    }
+    add_up<kOfCCosine, kOfCCosineCurved>(curved, weights, t.C_cosine, t.count, sums.C_cosine);
     weights += kOfCCosineCurved * t.count;
     add_up<kOfCSine>(weights, t.C_sine, t.count, sums.C_sine);
     weights += kOfCSine * t.count;
     add_up<kOfSCosine>(weights, t.S_cosine, t.count, sums.S_cosine);
     weights += kOfSCosine * t.count;
-    if (curved) {
-        add_up<kOfSSineCurved>(weights, t.S_sine, t.count, sums.S_sine);
-    } else {
-        add_up<kOfSSine>(weights, t.S_sine, t.count, sums.S_sine);
-    }
+    add_up<kOfSSine, kOfSSineCurved>(curved, weights, t.S_sine, t.count, sums.S_sine);
 }
 
 }  // namespace
