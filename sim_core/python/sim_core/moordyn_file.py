@@ -18,10 +18,10 @@ The end of a rod clamps a line with bending stiffness, as in MoorDyn: the line l
 What is adrift, held by no line, hangs on a thread that pulls with a billionth of its weight: so
 that it has a prescribed point.
 
-What changes the result and has no counterpart here is an error, which names line, cause and mend.
-Left out, and told in one warning, are added mass along lines (CaAx), vortex-induced vibration (Cl),
-and the failure and control of lines in the course of a run. Output and MoorDyn's solver do not
-matter.
+What changes the shape at rest and has no counterpart here is an error, which names line, cause and
+mend. What only changes a run is left out, and told in one warning: added mass along lines (CaAx),
+vortex-induced vibration (Cl), the failure and the control of lines. Output and MoorDyn's solver do
+not matter.
 """
 
 from __future__ import annotations
