@@ -13,11 +13,18 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from towtank_node.calls import AGAIN_S, Call
 from towtank_rig import load_rig
 
 RIGS = Path(__file__).resolve().parents[4] / "hardware" / "rigs"
 PATIENCE_S = 30.0  # a test that has waited so long has failed
+PATIENT_QOS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=5000,  # a probe that is held up misses nothing: more than comes in a test's patience
+    reliability=ReliabilityPolicy.BEST_EFFORT,
+    durability=DurabilityPolicy.VOLATILE,
+)
 
 
 @pytest.fixture(scope="session")
@@ -102,11 +109,13 @@ class Graph:
             if time.monotonic() > deadline:
                 pytest.fail(f"{what}: not within {PATIENCE_S:g} s")
 
-    def collect(self, kind, topic: str, qos) -> list:
-        """Subscribe; returns the list that the messages come to."""
-        messages: list = []
-        self.probe.create_subscription(kind, topic, messages.append, qos)
-        return messages
+    def collect(self, kind, topic: str, qos=PATIENT_QOS, noted=lambda message: message) -> list:
+        """Subscribe; returns the list that the messages, or what is `noted` of each, come to."""
+        heard: list = []
+        self.probe.create_subscription(
+            kind, topic, lambda message: heard.append(noted(message)), qos
+        )
+        return heard
 
     def call(self, client, request):
         """Call a service of a node; returns its answer. One that got lost is asked for again."""

@@ -75,17 +75,15 @@ def board(tmp_path):
 
 @pytest.mark.real_time
 def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
-    odometry = graph.collect(Odometry, "/plant/fish/odometry", SENSOR_QOS)
-    depressor = graph.collect(Odometry, "/plant/depressor/odometry", SENSOR_QOS)
-    imu = graph.collect(Imu, "/plant/fish/imu", SENSOR_QOS)
-    joints = graph.collect(JointState, "/plant/joint_states", SENSOR_QOS)
-    cables = graph.collect(CableState, "/plant/cable_state", SENSOR_QOS)
-    leads = []
-    graph.probe.create_subscription(
+    odometry = graph.collect(Odometry, "/plant/fish/odometry")
+    depressor = graph.collect(Odometry, "/plant/depressor/odometry")
+    imu = graph.collect(Imu, "/plant/fish/imu")
+    joints = graph.collect(JointState, "/plant/joint_states")
+    cables = graph.collect(CableState, "/plant/cable_state")
+    leads = graph.collect(
         JointState,
         "/plant/joint_states",
-        lambda m: leads.append(stamp_of(m) - graph.probe.get_clock().now().nanoseconds),
-        SENSOR_QOS,
+        noted=lambda m: stamp_of(m) - graph.probe.get_clock().now().nanoseconds,
     )
     plant = graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
     graph.spin_until(lambda: len(odometry) >= 150, "150 states of the plant")
@@ -96,7 +94,10 @@ def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
     assert max(leads) <= 210_000_000  # the lead and a cycle
     assert max(leads) > 100_000_000
     for messages in (odometry, depressor, imu):
-        assert {stamp_of(m) for m in messages[5:100]} <= set(stamps)
+        # Of the topics one is heard before the other.
+        states = {stamp_of(m) for m in messages[:100] if stamp_of(m) >= stamps[0]}
+        assert len(states) > 10
+        assert states <= set(stamps)
     distance = stamp_of(cables[1]) - stamp_of(cables[0])
     assert distance == 5 * PERIOD_NS
 
@@ -125,7 +126,7 @@ def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
 
 @pytest.mark.real_time
 def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
-    joints = graph.collect(JointState, "/plant/joint_states", SENSOR_QOS)
+    joints = graph.collect(JointState, "/plant/joint_states")
     client = graph.probe.create_client(SetDrive, "/plant/set_drive")
     graph.plant(rig=rig_path(nit_calicut))
     graph.spin_until(lambda: joints and client.service_is_ready(), "the plant")
@@ -208,7 +209,7 @@ def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
 
 @pytest.mark.real_time
 def test_bench_turns_the_plants_states_into_frames_before_their_time(graph, nit_calicut, board):
-    odometry = graph.collect(Odometry, "/plant/depressor/odometry", SENSOR_QOS)
+    odometry = graph.collect(Odometry, "/plant/depressor/odometry")
     graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
     bench = graph.bench(rig=rig_path(nit_calicut), socket=board.path, noise="none")
     graph.spin_until(lambda: board.receive() >= 100 and odometry, "100 bench frames")
@@ -295,8 +296,8 @@ class Encoders:
 
 @pytest.mark.real_time
 def test_twin_follows_measured_joints_and_reports_an_interruption(graph, nit_calicut):
-    fish = graph.collect(Odometry, "/twin/fish/odometry", SENSOR_QOS)
-    cables = graph.collect(CableState, "/twin/cable_state", SENSOR_QOS)
+    fish = graph.collect(Odometry, "/twin/fish/odometry")
+    cables = graph.collect(CableState, "/twin/cable_state")
     status = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
     encoders = Encoders(graph, nit_calicut)
     twin = graph.twin(rig=rig_path(nit_calicut))
@@ -342,7 +343,7 @@ def test_twin_refuses_joints_without_a_crank(graph, nit_calicut):
 def test_twin_that_cannot_follow_ends_with_place_and_time(graph, nit_calicut):
     """No simulation solves a carriage that jumps kilometres to and fro between samples."""
     status = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
-    fish = graph.collect(Odometry, "/twin/fish/odometry", SENSOR_QOS)
+    fish = graph.collect(Odometry, "/twin/fish/odometry")
     encoders = Encoders(graph, nit_calicut)
     twin = graph.twin(rig=rig_path(nit_calicut))
     graph.spin_until(lambda: fish, "the twin")
