@@ -114,7 +114,7 @@ def serial_port(answer, heard=True):
         os.close(master)
 
 
-@pytest.mark.trial
+@pytest.mark.real_time
 def test_board_that_never_answers(tmp_path):
     with serial_port(lambda request: None, heard=False) as port:
         run = run_towtank("trial", "--port", port, "--out", tmp_path / "o")
@@ -123,7 +123,7 @@ def test_board_that_never_answers(tmp_path):
     assert processes_of(tmp_path / "o") == []
 
 
-@pytest.mark.trial
+@pytest.mark.real_time
 def test_board_of_another_version(tmp_path):
     """It answers `identify` (protocol, schema hash, then 16 more bytes) with a foreign hash."""
 
@@ -148,7 +148,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", place], check=True)
 
 
-@pytest.mark.trial
+@pytest.mark.real_time
 def test_full_disk(small_disk):
     out = small_disk / "trial"
     run = run_towtank("trial", "--out", out)

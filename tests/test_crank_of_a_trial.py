@@ -11,7 +11,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 from towtank_command import TOWTANK, processes_of
 
-pytestmark = pytest.mark.trial
+pytestmark = pytest.mark.real_time
 
 
 @pytest.fixture

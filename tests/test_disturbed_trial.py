@@ -20,7 +20,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 from towtank_command import TOWTANK, processes_of
 
-pytestmark = [pytest.mark.trial, pytest.mark.real_time]
+pytestmark = pytest.mark.alone
 
 DOMAIN = "101"  # none of those that trials and tests take by themselves
 STRANGER = """

@@ -255,7 +255,7 @@ def test_one_board_is_wanted(tmp_path):
     assert "does not exist: plug the board in" in missing.output
 
 
-@pytest.mark.real_time
+@pytest.mark.alone
 def test_doctor_on_the_virtual_board():
     examined = run("--virtual", "--seconds", 3, "--turns", 1, "--travel", -0.7, "--json")
     assert examined.exit_code == 0, examined.output

@@ -216,7 +216,7 @@ def test_checkout_that_is_neither_set_up_nor_ones_own_says_what_to_do(tmp_path):
     assert "clone it for yourself" in last
 
 
-@pytest.mark.trial
+@pytest.mark.real_time
 def test_trial_in_it_all_until_the_terminal_goes(shell, ros_domain, tmp_path):
     """In a domain that others may be in, names of bytes that are no UTF-8 and an emoji; who read
     the progress has gone early."""

@@ -11,7 +11,7 @@ import pytest
 from mcap.reader import make_reader
 from towtank_command import TOWTANK, processes_of
 
-pytestmark = pytest.mark.trial
+pytestmark = pytest.mark.real_time
 
 
 @pytest.mark.parametrize("stage", ["starting", "zeroing", "logging"])

@@ -16,7 +16,7 @@ import pytest
 from towtank_bag.reader import open_bag
 from towtank_command import TOWTANK, processes_of, run_towtank
 
-pytestmark = [pytest.mark.trial, pytest.mark.real_time]
+pytestmark = pytest.mark.alone
 
 PERIOD_TICKS = 20_000
 """Of the scans, at 100 Hz."""

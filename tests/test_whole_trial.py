@@ -10,7 +10,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 from towtank_command import run_towtank
 
-pytestmark = [pytest.mark.trial, pytest.mark.real_time]
+pytestmark = pytest.mark.alone
 
 
 def test_no_scan_is_lost_or_bad(ideal_trial):

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The comparison while a trial runs gives the numbers that its bag gives afterwards."""
 
-import subprocess
-import sys
 import time
 
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from synthetic_trial import DURATION_S, RIG_FILE, START_NS, trial_samples, write_trial
+from towtank_compare import comparison
 from towtank_compare.compare import compare_bag
 from towtank_compare.live import SETTLING_MS, LiveHeave
 from towtank_compare.trial_result import trial_result
@@ -110,34 +109,33 @@ def test_what_cannot_be_evaluated_says_why():
         assert "1.50 crank periods in the window" in evaluation.reason
 
 
-# Ten messages of each topic at a time, as the node empties its queues: four times as fast as in a
-# real trial, and never more than the queues hold.
-BATCH_NS = 100_000_000
-BATCH_PAUSE_S = 0.025
+BATCH_NS = 100_000_000  # ten messages of each topic: what a poll of the node finds in a trial
 TIMEOUT_S = 60.0
 
 
-@pytest.mark.real_time
-def test_the_node_publishes_what_its_bag_gives_later(tmp_path):
-    """The whole way: messages through the middleware, the node, its results into a bag."""
-    rclpy.init()
-    node = rclpy.create_node("tester")
-    process = subprocess.Popen(
-        [
-            *(sys.executable, "-m", "towtank_compare.comparison", "--ros-args"),
-            *("-p", f"rig:={RIG_FILE}", "-p", "window_s:=5.0"),
-        ],
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+class CountingComparison(comparison.Comparison):
+    """Counts how often it has emptied its queues."""
+
+    polls = 0
+
+    def _poll(self) -> None:
+        super()._poll()
+        self.polls += 1
+
+
+def test_the_node_publishes_what_its_bag_gives_later(tmp_path, monkeypatch):
+    """The whole way: messages through the middleware, the node, its results into a bag. As many
+    messages to a poll as in a trial, however long the machine takes for them."""
+    monkeypatch.setattr(comparison, "POLL_PERIOD_S", 0.005)
+    monkeypatch.setattr(comparison, "POLLS_PER_EVALUATION", 20)  # each costs an analysis of the bag
+    rclpy.init(args=["--ros-args", "-p", f"rig:={RIG_FILE}", "-p", "window_s:=5.0"])
+    node, compared = rclpy.create_node("tester"), CountingComparison()
     try:
-        ratios = run_trial_through(node, process)
+        ratios = run_trial_through(node, compared)
     finally:
-        process.terminate()
-        _, errors = process.communicate(timeout=TIMEOUT_S)
+        compared.destroy_node()
         node.destroy_node()
         rclpy.shutdown()
-    assert "Traceback" not in errors
     valid = [ratio for ratio in ratios if ratio.valid]
     assert {ratio.source for ratio in valid} == {"measured", "twin"}
     assert all(ratio.fish_place == "pressure port" for ratio in valid)
@@ -153,7 +151,7 @@ def test_the_node_publishes_what_its_bag_gives_later(tmp_path):
         assert offline[source] == pytest.approx(live[source], rel=1e-9)
 
 
-def run_trial_through(node, process) -> list[HeaveRatio]:
+def run_trial_through(node, compared) -> list[HeaveRatio]:
     """Publish the inputs of the comparison; returns what it publishes."""
     inputs = [
         sample
@@ -171,11 +169,11 @@ def run_trial_through(node, process) -> list[HeaveRatio]:
         node.create_subscription(HeaveRatio, f"/{source}/heave_ratio", ratios.append, RELIABLE_QOS)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    executor.add_node(compared)
 
     def spin_until(condition):
         deadline = time.monotonic() + TIMEOUT_S
         while not condition():
-            assert process.poll() is None, process.stderr.read()
             assert time.monotonic() < deadline, "waited too long"
             executor.spin_once(timeout_sec=0.02)
 
@@ -189,7 +187,8 @@ def run_trial_through(node, process) -> list[HeaveRatio]:
     for sample in inputs:
         if sample.stamp_ns >= batch_end:
             batch_end += BATCH_NS
-            time.sleep(BATCH_PAUSE_S)
+            polls = compared.polls
+            spin_until(lambda polls=polls: compared.polls > polls)
         if sample.topic in publishers:
             publishers[sample.topic].publish(sample.message)
     # The node's results wait in the subscription's queue of 100: 20 s at 4 results a second

@@ -17,6 +17,7 @@ import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import State, Transition
+from patient_qos import PATIENT_QOS
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from towtank_daq.adc_board_node import AdcBoardNode
@@ -26,7 +27,7 @@ from towtank_daq.serial_port import SerialPort
 from towtank_interfaces.msg import AdcScan, CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.leading import LifecycleClient
-from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_node.qos import RELIABLE_QOS
 from towtank_node.quick_stop import quick_stop
 
 ROOT = Path(__file__).parents[4]
@@ -47,7 +48,7 @@ class Graph:
         self.listener = rclpy.create_node("listener")
         self.scans: list[AdcScan] = []
         self.statuses: list[DiagnosticStatus] = []
-        self.listener.create_subscription(AdcScan, "adc_scan", self.scans.append, SENSOR_QOS)
+        self.listener.create_subscription(AdcScan, "adc_scan", self.scans.append, PATIENT_QOS)
         self.listener.create_subscription(
             DiagnosticArray,
             "/diagnostics",
@@ -134,9 +135,9 @@ def test_through_all_states(graph, virtual_board, tmp_path):
     details = made.node._details()
     assert made.node.trigger_cleanup() == SUCCESS
 
-    # on a busy computer this listener may miss scans, which the node must not
     for a, b in itertools.pairwise(made.scans):
-        assert b.board_ticks - a.board_ticks == 20_000 * (b.sequence - a.sequence) > 0
+        assert b.sequence - a.sequence == 1
+        assert b.board_ticks - a.board_ticks == 20_000
     assert (details["scans_lost"], details["scans_bad"]) == (0, 0)
     assert details["scans_received"] > made.scans[-1].sequence
     # stamps are in ROS time: the last one lies in the run that has just ended
@@ -387,7 +388,7 @@ def test_interrupt_in_the_run_leaves_an_idle_board(virtual_board, tmp_path, prot
     listener = rclpy.create_node("listener")
     try:
         scans = []
-        listener.create_subscription(AdcScan, "adc_scan", scans.append, SENSOR_QOS)
+        listener.create_subscription(AdcScan, "adc_scan", scans.append, PATIENT_QOS)
         # a name of its own: nodes of other tests in this process may still be there
         leader = LifecycleClient(listener, "/board")
         while not leader.is_ready():
@@ -586,13 +587,13 @@ def test_a_step_of_the_hosts_clock_does_no_harm(graph, virtual_board, tmp_path, 
     details = made.node._details()
     assert float(details["host_clock_step_s"]) == pytest.approx(step_s, abs=0.01)
     assert details["scans_lost"] == 0
-    assert 0 < float(details["clock_u95_us"]) < 1000
+    # A machine that holds programs up moves the map from board to host time by milliseconds
+    assert 0 < 1e-6 * float(details["clock_u95_us"]) < abs(step_s) / 20
     made.node.trigger_deactivate()
     stamps = [s.header.stamp.sec * 10**9 + s.header.stamp.nanosec for s in made.scans]
     numbers = [scan.sequence for scan in made.scans]
     for a, b in itertools.pairwise(zip(stamps, numbers, strict=True)):
-        # To what the map from board to host time moves in a round
-        assert b[0] - a[0] == pytest.approx(10e6 * (b[1] - a[1]), abs=2e6)
+        assert b[0] - a[0] == pytest.approx(10e6 * (b[1] - a[1]), abs=1e9 * abs(step_s) / 20)
 
 
 @pytest.mark.real_time

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from patient_qos import PATIENT_QOS
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import FluidPressure, Imu, JointState
 from std_srvs.srv import Trigger
@@ -55,7 +56,7 @@ class Bench:
         name = self.node.get_fully_qualified_name()
         self.statuses += [status for status in array.status if status.name == name]
 
-    def hear(self, kind, topic, qos=SENSOR_QOS) -> list:
+    def hear(self, kind, topic, qos=PATIENT_QOS) -> list:
         self.heard[topic] = []
         self.peer.create_subscription(kind, topic, self.heard[topic].append, qos)
         return self.heard[topic]

@@ -11,20 +11,14 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from patient_qos import PATIENT_QOS
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from towtank_node.calls import AGAIN_S, Call
 from towtank_rig import load_rig
 
 RIGS = Path(__file__).resolve().parents[4] / "hardware" / "rigs"
 PATIENCE_S = 30.0  # a test that has waited so long has failed
-PATIENT_QOS = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=5000,  # a probe that is held up misses nothing: more than comes in a test's patience
-    reliability=ReliabilityPolicy.BEST_EFFORT,
-    durability=DurabilityPolicy.VOLATILE,
-)
 
 
 @pytest.fixture(scope="session")

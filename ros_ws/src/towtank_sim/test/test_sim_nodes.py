@@ -44,6 +44,7 @@ class FakeBoard:
         self._listener.setblocking(False)
         self._bench: socket.socket | None = None
         self.frames: list[tuple] = []
+        self.leads: list[int] = []  # of each frame when it was taken here, ns
 
     def receive(self) -> int:
         """Take what has come; returns the number of frames so far."""
@@ -53,6 +54,7 @@ class FakeBoard:
                 self._bench.setblocking(False)
             while packet := self._bench.recv(4096):
                 self.frames.append(FRAME.unpack(packet))
+                self.leads.append(self.frames[-1][2] - time.monotonic_ns())
         except BlockingIOError:
             pass
         return len(self.frames)
@@ -213,7 +215,8 @@ def test_bench_turns_the_plants_states_into_frames_before_their_time(graph, nit_
     graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
     bench = graph.bench(rig=rig_path(nit_calicut), socket=board.path, noise="none")
     graph.spin_until(lambda: board.receive() >= 100 and odometry, "100 bench frames")
-    assert board.frames[-1][2] > time.monotonic_ns() - 200_000_000
+    # The machine may hold up a process, and not all three for all of the 100 frames.
+    assert max(board.leads) > 0
 
     magics, sequences, times = zip(*(frame[:3] for frame in board.frames), strict=True)
     assert set(magics) == {0x31425754}

@@ -32,10 +32,10 @@ CHECKS = (
 )
 TESTS = (
     # Workers take tests over from one another at the end, so that none is left without work.
-    (*PYTEST, "-m", "not trial and not real_time", "-n", "auto", "--dist", "worksteal"),
+    (*PYTEST, "-m", "not real_time and not alone", "-n", "auto", "--dist", "worksteal"),
     # A trial takes little more than half a core.
-    (*PYTEST, "-m", "trial and not real_time", "-n", "2", "--dist", "worksteal"),
-    (*PYTEST, "-m", "real_time"),
+    (*PYTEST, "-m", "real_time", "-n", "2", "--dist", "worksteal"),
+    (*PYTEST, "-m", "alone"),
 )
 
 
@@ -48,8 +48,8 @@ _ROOM_OF_A_TEST = 85
 def command(pytest_arguments: tuple[str, ...]) -> None:
     """Run the linter, the host tests of firmware and sim_core, and all Python tests.
 
-    The Python tests run on all cores. Behind them come whole trials, two at a time, and what needs
-    its processes in time, alone.
+    The Python tests run on all cores. Behind them come those that run processes in real time, two
+    at a time, and those that judge times to milliseconds, alone.
     With arguments, run pytest alone with them, in the project's environment.
     """
     source = source_tree("the tests")
