@@ -14,6 +14,6 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
-    install_requires=["setuptools", "numpy", "pydantic>=2", "ruamel.yaml"],
+    install_requires=["setuptools", "numpy", "pydantic>=2", "PyYAML"],
     zip_safe=True,
 )

@@ -252,7 +252,7 @@ def test_line_is_exact_for_a_key_that_is_there():
         ("name: x\n\tindented: 3\n", 2, "not valid YAML"),
         ("name: x\nname: y\n", 2, "key 'name' stands twice"),
         ("name: &n x\ndescription: *n\n", 1, "alias of &n"),
-        ("name: \x01\n", None, "not valid YAML"),
+        ("name: \x01\n", 1, "not valid YAML"),
     ],
 )
 def test_text_that_is_no_rig_is_refused(text, line, what):

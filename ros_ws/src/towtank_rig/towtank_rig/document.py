@@ -6,17 +6,21 @@ text in which everything else, comments too, stays as it was.
 """
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from yaml.error import MarkedYAMLError
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from yaml.reader import ReaderError
 
 from towtank_rig.errors import RigError
+from towtank_rig.yaml_nodes import compose, scalar_value
 
 Key = str | int
+
+_BYTE_ORDER_MARK = "\ufeff"
 
 
 def keys(path: str) -> list[Key]:
@@ -31,7 +35,7 @@ class Document:
         """Read ``text``; ``source`` names it in errors.
 
         Raises:
-            RigError: not YAML, no mapping at its top, a key twice, or an alias.
+            RigError: not YAML, no mapping at its top, a key twice or of no text, or an alias.
         """
         self.text = text
         self.source = source
@@ -65,7 +69,8 @@ class Document:
             RigError: the parents of a path are not there, or one change lies within another.
         """
         edits = sorted(self._edit(path, new) for path, new in changes.items())
-        text = self.text
+        text = self.text.removeprefix(_BYTE_ORDER_MARK)  # no place in the text counts it
+        mark = self.text[: len(self.text) - len(text)]
         intact = len(text)
         for start, end, new, path in reversed(edits):
             if end > intact:
@@ -73,7 +78,7 @@ class Document:
                 raise RigError(self.source, None, path, what, "make one after the other")
             text = text[:start] + new + text[end:]
             intact = start
-        return text
+        return mark + text
 
     def _edit(self, path: str, new: object) -> tuple[int, int, str, str]:
         """Return begin and end of the text to replace, the new text, and the path."""
@@ -93,13 +98,15 @@ class Document:
 
     def _compose(self) -> MappingNode:
         try:
-            root = YAML(typ="safe", pure=True).compose(self.text)
+            root = compose(self.text)
         except MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             line = mark.line + 1 if mark else None
             raise self._not_yaml(line, error.problem or error.context) from None
-        except YAMLError as error:
-            raise self._not_yaml(None, error) from None
+        except ReaderError as error:
+            line = self.text.count("\n", 0, error.position) + 1
+            code = f"U+{error.character:04X}"
+            raise self._not_yaml(line, f"character {code}: {error.reason}") from None
         if not isinstance(root, MappingNode):
             what = "not a rig: the file holds no mapping"
             raise RigError(self.source, 1, "", what, "begin with 'name:' and the sections")
@@ -116,7 +123,8 @@ class Document:
         line = node.start_mark.line + 1
         if id(node) in seen:
             # An alias would make one change of a value a change in two places.
-            what = f"alias of &{node.anchor} is not accepted"
+            anchor = re.search(r"&[^\s,\[\]{}]+", self.text[node.start_mark.index :])
+            what = f"alias of {anchor[0] if anchor else 'this'} is not accepted"
             raise RigError(self.source, line, "", what, "write the values out in both places")
         seen.add(id(node))
         if isinstance(node, SequenceNode):
@@ -124,13 +132,19 @@ class Document:
         if isinstance(node, MappingNode):
             data: dict[str, Any] = {}
             for key, value in node.value:
+                line = key.start_mark.line + 1
+                if not isinstance(key, ScalarNode):
+                    what = "a list or a mapping is no key"
+                    raise RigError(self.source, line, "", what, "give the section a name")
                 if key.value in data:
-                    line = key.start_mark.line + 1
                     what = f"key {key.value!r} stands twice in one section"
                     raise RigError(self.source, line, "", what, "name each key once")
-                data[str(key.value)] = self._plain(value, seen)
+                data[key.value] = self._plain(value, seen)
             return data
-        return _scalar(node)
+        try:
+            return scalar_value(node)
+        except ValueError as error:
+            raise RigError(self.source, line, "", str(error), "correct the value") from None
 
     def _value_edit(self, node: Node, new: object) -> tuple[int, int, str]:
         text = _on_one_line(new)
@@ -143,8 +157,9 @@ class Document:
                 text = f"{float(new)!r} {unit}"
         start, end = node.start_mark.index, node.end_mark.index
         # The end of a block collection lies at the next key: keep the lines between.
-        end -= len(self.text[start:end]) - len(self.text[start:end].rstrip())
-        return start, end, text
+        old = self.text.removeprefix(_BYTE_ORDER_MARK)[start:end]
+        # A key without a value has its end there.
+        return start, start + len(old.rstrip()), text if old else f" {text}"
 
     def _key_edit(self, node: MappingNode, key: str, new: object) -> tuple[int, int, str]:
         first = node.value[0][0].start_mark
@@ -166,19 +181,3 @@ def _place(node: Node, key: Key) -> tuple[Node, Node] | None:
 def _on_one_line(value: object) -> str:
     """Return a value as YAML on one line: JSON, with numpy's numbers as Python's."""
     return json.dumps(value, ensure_ascii=False, default=float)
-
-
-def _scalar(node: ScalarNode) -> Any:
-    """Return the Python value of a scalar by YAML 1.2's core schema; dates stay text."""
-    text = str(node.value)
-    match str(node.tag):
-        case "tag:yaml.org,2002:null":
-            return None
-        case "tag:yaml.org,2002:bool":
-            return text.lower() == "true"
-        case "tag:yaml.org,2002:int":
-            return int(text, 10 if text.lstrip("+-").isdigit() else 0)
-        case "tag:yaml.org,2002:float":
-            return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
-        case _:
-            return text
