@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -87,8 +86,3 @@ def unit_of(table: pa.Table, column: str) -> str:
     """Return the unit of a column, `1` for plain numbers and text."""
     metadata = table.schema.field(column).metadata or {}
     return metadata.get(b"unit", b"1").decode()
-
-
-def software_text(versions: Mapping[str, str]) -> str:
-    """Return versions as they stand in the metadata."""
-    return json.dumps(dict(sorted(versions.items())))

@@ -9,7 +9,6 @@ was stopped, by whatever, goes on from the journal.
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 from collections.abc import Callable, Generator
 from concurrent.futures import Executor
@@ -21,7 +20,6 @@ from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-import sim_core._core as core
 from towtank_rig import Rig, load_rig
 from towtank_rig.document import Document
 
@@ -33,7 +31,8 @@ from towtank_study.histories import TowHistory, histories_table
 from towtank_study.journal import Journal
 from towtank_study.loading import StudyFile, validate
 from towtank_study.report import report_html
-from towtank_study.results import read_metadata, results_table, software_text, write_parquet
+from towtank_study.results import read_metadata, results_table, write_parquet
+from towtank_study.software import software, software_text
 from towtank_study.study import Study
 from towtank_study.summary import summarise
 from towtank_study.variables import Variable, variables
@@ -59,9 +58,14 @@ class PlannedStudy:
     most_samples: int
 
     @cached_property
+    def software(self) -> str:
+        """What computes, as it was when this was first asked for."""
+        return software_text(software())
+
+    @cached_property
     def fingerprint(self) -> str:
         """SHA-256 over all that the results depend on: both texts and the software."""
-        parts = [self.file.text, self.rig.text, software_text(software())]
+        parts = [self.file.text, self.rig.text, self.software]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
     @property
@@ -70,7 +74,7 @@ class PlannedStudy:
         return {
             "study": self.file.text,
             "rig": self.rig.text,
-            "software": software_text(software()),
+            "software": self.software,
             "fingerprint": self.fingerprint,
         }
 
@@ -93,15 +97,6 @@ def plan_study(document: Document, find_rig: Callable[[str], Path]) -> PlannedSt
                 "histories", f"there is no sample {number}", f"take 0 to {planned.most_samples - 1}"
             )
     return planned
-
-
-def software() -> dict[str, str]:
-    """Return what computes: versions, and the hash of the simulation core's binary."""
-    binary = hashlib.sha256(Path(core.__file__).read_bytes()).hexdigest()
-    versions = {
-        name: importlib.metadata.version(name) for name in ("numpy", "scipy", "SALib", "pymoo")
-    }
-    return versions | {"sim_core": f"{importlib.metadata.version('sim_core')} {binary[:16]}"}
 
 
 def run_study(
