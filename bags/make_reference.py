@@ -17,6 +17,7 @@ from std_msgs.msg import String  # noqa: E402
 from synthetic_trial import RIG_FILE, START_NS, Sample, trial_samples, write_trial  # noqa: E402
 from towtank_bag import writer  # noqa: E402
 from towtank_interfaces.msg import AdcScan  # noqa: E402
+from towtank_node import topics  # noqa: E402
 from towtank_rig import load_rig  # noqa: E402
 
 EVERY = 20  # of 100 scans a second
@@ -28,7 +29,7 @@ def thinned(samples: list[Sample]) -> list[Sample]:
     kept = []
     for sample in samples:
         tick = round((sample.stamp_ns - START_NS) / 10_000_000)
-        if tick % EVERY == 0 or sample.topic in ("/trial/events", "/diagnostics"):
+        if tick % EVERY == 0 or sample.topic in (topics.EVENTS.name, topics.DIAGNOSTICS.name):
             if isinstance(sample.message, AdcScan):
                 sample.message.sequence //= EVERY
                 sample.message.board_ticks = 20_000 * tick
@@ -38,7 +39,7 @@ def thinned(samples: list[Sample]) -> list[Sample]:
 
 def main() -> None:
     """Write the bag into a new directory."""
-    rig = Sample("/rig", START_NS, String(data=load_rig(RIG_FILE).text))
+    rig = Sample(topics.RIG.name, START_NS, String(data=load_rig(RIG_FILE).text))
     writer.CHUNK_BYTES = CHUNK_BYTES
     write_trial(Path(sys.argv[1]), [rig, *thinned(trial_samples())])
 

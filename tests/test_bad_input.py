@@ -15,6 +15,7 @@ import pytest
 from towtank_bringup.rigs import rig_path
 from towtank_command import processes_of, run_towtank
 from towtank_daq.framing import FrameReader, encode_frame
+from towtank_node import names
 
 
 def assert_one_clear_line(run, *words):
@@ -118,7 +119,7 @@ def serial_port(answer, heard=True):
 def test_board_that_never_answers(tmp_path):
     with serial_port(lambda request: None, heard=False) as port:
         run = run_towtank("trial", "--port", port, "--out", tmp_path / "o")
-    assert_one_clear_line(run, "/measured/adc_board", "answer")
+    assert_one_clear_line(run, names.BOARD_NODE, "answer")
     assert (tmp_path / "o" / "INCOMPLETE").exists()
     assert processes_of(tmp_path / "o") == []
 
@@ -132,7 +133,7 @@ def test_board_of_another_version(tmp_path):
 
     with serial_port(identify) as port:
         run = run_towtank("trial", "--port", port, "--out", tmp_path / "o")
-    assert_one_clear_line(run, "/measured/adc_board", "schema 0xefbeadde", "flash the firmware")
+    assert_one_clear_line(run, names.BOARD_NODE, "schema 0xefbeadde", "flash the firmware")
     assert (tmp_path / "o" / "INCOMPLETE").exists()
 
 

@@ -63,10 +63,10 @@ def test_an_emergency_stop_ends_the_trial(tmp_path, environment):
                 for _, _, raw in reader.messages([connection])
             ]
 
-        drive = messages("/measured/crank_drive/state")
+        drive = messages(topics.CRANK_DRIVE.name)
         assert (drive[-1].state, drive[-1].trip) == (drive[-1].TRIPPED, drive[-1].EMERGENCY_STOP)
-        joints = messages("/measured/joint_states")
-        scans = [scan.sequence for scan in messages("/measured/adc_scan")]
+        joints = messages(topics.MEASURED_JOINTS.name)
+        scans = [scan.sequence for scan in messages(topics.SCANS.name)]
     assert scans == list(range(scans[0], scans[-1] + 1))
     # It turned in the run, and what was recorded goes on until it stands.
     rates = np.array([joint.velocity[joint.name.index("crank")] for joint in joints])

@@ -29,16 +29,16 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from towtank_interfaces.msg import Depth, TrialEvent
 from towtank_node.calls import AGAIN_S, Call
-from towtank_node.qos import LATCHED_QOS
 
 rclpy.init()
 node = rclpy.create_node("gamepad")
 depths = node.create_publisher(Depth, "/measured/fish/depth", qos_profile_sensor_data)
 diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-events = node.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
+latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+events = node.create_publisher(TrialEvent, "/trial/events", latched)
 event = TrialEvent(event="note", detail="changed the ballast, notebook p. 12")
 event.header.stamp = node.get_clock().now().to_msg()
 events.publish(event)

@@ -15,6 +15,7 @@ import psutil
 import pytest
 from towtank_bag.reader import open_bag
 from towtank_command import TOWTANK, processes_of, run_towtank
+from towtank_node import names, topics
 
 pytestmark = pytest.mark.alone
 
@@ -55,7 +56,7 @@ def trial(tmp_path_factory):
     os.kill(nodes[0], signal.SIGKILL)
     table, words = process.communicate(timeout=180)
     assert process.returncode == 0, words
-    assert "/measured/adc_board had ended and was started again" in table
+    assert f"{names.BOARD_NODE} had ended and was started again" in table
     assert processes_of(directory) == []
     assert not (directory / "INCOMPLETE").exists()
     return directory
@@ -69,7 +70,7 @@ def result(trial):
 @pytest.fixture(scope="module")
 def scans(trial):
     fields = ["sequence", "board_ticks", "crank_count", "valid_mask"]
-    return open_bag(trial / "bag").series("/measured/adc_scan", fields)
+    return open_bag(trial / "bag").series(topics.SCANS.name, fields)
 
 
 @pytest.fixture(scope="module")
@@ -80,13 +81,13 @@ def gap(scans):
 
 
 def test_the_gap_is_marked(trial, result, scans, gap):
-    assert result["restarts"] == {"/measured/adc_board": 1}
+    assert result["restarts"] == {names.BOARD_NODE: 1}
     events = {
         message.event: (message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, message)
-        for _, message in open_bag(trial / "bag").messages("/trial/events")
+        for _, message in open_bag(trial / "bag").messages(topics.EVENTS.name)
     }
     stamp, message = events["restarted"]
-    assert json.loads(message.detail) == {"node": "/measured/adc_board"}
+    assert json.loads(message.detail) == {"node": names.BOARD_NODE}
     assert events["log_start"][0] < scans["stamp_ns"][gap - 1] < stamp < events["log_stop"][0]
 
 
@@ -117,9 +118,9 @@ def test_nothing_is_invented_in_the_gap(trial, scans, gap):
     start, end = scans["stamp_ns"][gap - 1], scans["stamp_ns"][gap]
     assert end - start > 1e9
     for topic in (
-        *("/measured/adc_scan", "/measured/joint_states", "/measured/fish/depth"),
-        *("/measured/depressor/depth", "/measured/fish/pressure", "/measured/fish/inclination"),
-        *("/twin/fish/odometry", "/twin/depressor/odometry"),
+        *(topics.SCANS.name, topics.MEASURED_JOINTS.name, topics.FISH_DEPTH.name),
+        *(topics.DEPRESSOR_DEPTH.name, topics.FISH_PRESSURE.name, topics.INCLINATION.name),
+        *(topics.TWIN_FISH.name, topics.TWIN_DEPRESSOR.name),
     ):
         stamps = bag.series(topic, [])["stamp_ns"]
         inside = (stamps > start + 10_000_000) & (stamps < end - 10_000_000)
@@ -134,7 +135,7 @@ def test_shafts_turned_on_and_speeds_are_true(trial, result, scans, gap):
         expected = result["encoder"][f"{joint}_expected"]
         assert result["encoder"][f"{joint}_counted"] == pytest.approx(expected, abs=100)
     bag = open_bag(trial / "bag")
-    joints = bag.series("/measured/joint_states", ["velocity"])
+    joints = bag.series(topics.MEASURED_JOINTS.name, ["velocity"])
     after = np.searchsorted(joints["stamp_ns"], scans["stamp_ns"][gap])
     # Who hears the new process first gets the first scans: the recorder may before the sensors
     assert joints["stamp_ns"][after] - scans["stamp_ns"][gap] < 500_000_000
@@ -143,7 +144,7 @@ def test_shafts_turned_on_and_speeds_are_true(trial, result, scans, gap):
     assert np.isnan(speed[after : known - 2]).all()
     assert speed[known : known + 5] == pytest.approx(speed[after - 100], rel=0.1)
     for body in ("fish", "depressor"):
-        depths = bag.series(f"/measured/{body}/depth", ["depth", "valid"])
+        depths = bag.series(topics.DEPTHS[body].name, ["depth", "valid"])
         first = np.searchsorted(depths["stamp_ns"], joints["stamp_ns"][after] - 5_000_000)
         assert not depths["valid"][first]
         assert math.isnan(depths["depth"][first])
@@ -156,7 +157,7 @@ def test_heave_ratio_is_given(trial, result, scans, gap):
     assert measured["value"] == pytest.approx(plant["value"], abs=measured["u95"])
     depressor = result["amplitude_m"]["depressor"]
     assert depressor["measured"] == pytest.approx(depressor["plant"], rel=0.01)
-    joints = open_bag(trial / "bag").series("/measured/joint_states", [])["stamp_ns"]
+    joints = open_bag(trial / "bag").series(topics.MEASURED_JOINTS.name, [])["stamp_ns"]
     after = np.searchsorted(joints, scans["stamp_ns"][gap])
     seconds = (joints[after] - joints[after - 1]) * 1e-9
     for body in ("fish", "depressor"):  # a depth wants a speed, 0.1 s behind the gap

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a test listens to a stream: on a busy machine it is held up, and must miss nothing."""
 
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from dataclasses import replace
 
-PATIENT_QOS = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=5000,  # more than comes at 100 Hz in the 30 s that a test waits for something
-    reliability=ReliabilityPolicy.BEST_EFFORT,
-    durability=DurabilityPolicy.VOLATILE,
-)
-"""SENSOR_QOS, whose publishers it fits, but deeper."""
+from towtank_node.topics import Topic
+
+_DEPTH = 5000
+"""More than comes at 100 Hz in the 30 s that a test waits for something."""
+
+
+def patiently(topic: Topic) -> Topic:
+    """A topic to listen to: the depth of a subscription's queue is its own affair."""
+    return replace(topic, qos=replace(topic.qos, depth=_DEPTH))

@@ -30,6 +30,7 @@ from towtank_bringup.processes import ProcessGroup
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.virtual_station import virtual_station
 from towtank_lab.virtual_sensors import VirtualSensors
+from towtank_node import names
 from towtank_node.stamps import ros_minus_monotonic_ns
 from towtank_rig import load_rig
 
@@ -72,7 +73,7 @@ def measure(rate_hz: int, seconds: float) -> Cost:
     ):
         settings = TrialSettings(rig_file, Path(folder) / "bag", port, rate_hz)
         graph = joined(
-            tuple(item for item in measurement(settings) if item.full_name != "/twin/simulator"),
+            tuple(item for item in measurement(settings) if item.full_name != names.TWIN_NODE),
             ros_minus_monotonic_ns(time.time_ns),
         )
         processes = ProcessGroup(Path(folder) / "logs")
@@ -134,7 +135,7 @@ def cpu_times(processes: ProcessGroup) -> dict[str, float]:
 def counted(conductor: Conductor) -> tuple[int, int]:
     """Scans received and lost so far, as the board's node tells once a second."""
     received, lost = (
-        conductor.reported(key)["/measured/adc_board"] for key in ("scans_received", "scans_lost")
+        conductor.reported(key)[names.BOARD_NODE] for key in ("scans_received", "scans_lost")
     )
     return received, lost
 

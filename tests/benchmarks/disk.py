@@ -20,13 +20,14 @@ from unittest.mock import patch
 import click
 from rich.console import Console
 from rich.table import Table
-from towtank_bag.qos_profile import OfferedQos
 from towtank_bag.recorder import POLL_PERIOD_S
-from towtank_bag.writer import BagWriter, RawMessage, Topic
+from towtank_bag.writer import BagWriter, RawMessage
+from towtank_node.qos import SENSOR
+from towtank_node.topics import Topic
 
 MESSAGES_PER_S = 1400
 MESSAGE_BYTES = 150
-TOPIC = Topic("/any", "std_msgs/msg/String", OfferedQos("best_effort", "volatile", 50))
+TOPIC = Topic("/any", "std_msgs/msg/String", SENSOR)
 
 
 @dataclass(frozen=True)

@@ -12,23 +12,24 @@ from ruamel.yaml import YAML
 from sensor_msgs.msg import FluidPressure, Imu, JointState
 from std_msgs.msg import Header, String
 from towtank_bag.layout import BagError
-from towtank_bag.qos_profile import OfferedQos
 from towtank_bag.reader import open_bag
-from towtank_bag.writer import Attachment, BagWriter, RawMessage, Topic
+from towtank_bag.writer import Attachment, BagWriter, RawMessage
 from towtank_interfaces.msg import (
     AdcScan,
     CableState,
+    CrankDrive,
     CrankMotion,
     Depth,
     HeaveRatio,
     Inclination,
     TrialEvent,
 )
+from towtank_node import names, topics
+from towtank_node.qos import LATCHED
+from towtank_node.topics import Topic
 
 START_NS = 1_750_000_000_123_456_789
 PERIOD_NS = 10_000_000
-SENSOR = OfferedQos("best_effort", "volatile", 50)
-LATCHED = OfferedQos("reliable", "transient_local", 100)
 
 
 def stamp(index: int) -> Time:
@@ -41,7 +42,7 @@ def header(index: int, frame: str = "fish_pressure") -> Header:
 
 
 def odometry(index: int) -> Odometry:
-    message = Odometry(header=header(index, "tank"), child_frame_id="fish")
+    message = Odometry(header=header(index, "tank"), child_frame_id=names.FISH)
     message.pose.pose.position.z = -2.0 - 0.01 * index
     message.pose.pose.orientation.w = 0.5
     message.pose.covariance[35] = float(index)
@@ -65,12 +66,12 @@ def cable_state(index: int) -> CableState:
 def diagnostics(index: int) -> DiagnosticArray:
     values = [KeyValue(key="overruns", value=str(10**index))]  # its length changes
     return DiagnosticArray(
-        header=header(index), status=[DiagnosticStatus(name="/recorder", values=values)]
+        header=header(index), status=[DiagnosticStatus(name=names.RECORDER_NODE, values=values)]
     )
 
 
 MAKERS = {
-    "/measured/adc_scan": lambda i: AdcScan(
+    topics.SCANS.name: lambda i: AdcScan(
         header=header(i),
         sequence=i,
         board_ticks=20_000 * i,
@@ -80,39 +81,37 @@ MAKERS = {
         crank_count=-i,
         carriage_count=2 * i,
     ),
-    "/measured/fish/pressure": lambda i: FluidPressure(header=header(i), fluid_pressure=9e3 + i),
-    "/measured/fish/depth": lambda i: Depth(header=header(i), depth=0.1 * i, valid=i % 2 == 0),
-    "/measured/fish/imu": lambda i: Imu(header=header(i)),
-    "/measured/fish/inclination": lambda i: Inclination(header=header(i), pitch=0.1 * i),
-    "/measured/crank_motion": lambda i: CrankMotion(header=header(i), heave=0.1 * i, zeroed=i > 1),
-    "/measured/joint_states": lambda i: JointState(
+    topics.FISH_PRESSURE.name: lambda i: FluidPressure(header=header(i), fluid_pressure=9e3 + i),
+    topics.FISH_DEPTH.name: lambda i: Depth(header=header(i), depth=0.1 * i, valid=i % 2 == 0),
+    topics.FISH_IMU.name: lambda i: Imu(header=header(i)),
+    topics.INCLINATION.name: lambda i: Inclination(header=header(i), pitch=0.1 * i),
+    topics.CRANK_MOTION.name: lambda i: CrankMotion(header=header(i), heave=0.1 * i, zeroed=i > 1),
+    topics.MEASURED_JOINTS.name: lambda i: JointState(
         header=header(i),
         name=["crank", "carriage"],
         position=[0.1 * i, i],
         velocity=[1.0, 2.0],
         effort=[0.0, 0.0],
     ),
-    "/twin/fish/odometry": odometry,
-    "/twin/cable_state": cable_state,
-    "/measured/heave_ratio": lambda i: HeaveRatio(header=header(i), value=0.2 + i),
-    "/trial/events": lambda i: TrialEvent(header=header(i), event="x" * i),
-    "/rig": lambda i: String(data=f"name: {i}"),
-    "/diagnostics": diagnostics,
+    topics.TWIN_FISH.name: odometry,
+    topics.TWIN_CABLES.name: cable_state,
+    topics.CRANK_DRIVE.name: lambda i: CrankDrive(header=header(i), crank_rate=0.1 * i),
+    topics.MEASURED_RATIO.name: lambda i: HeaveRatio(header=header(i), value=0.2 + i),
+    topics.EVENTS.name: lambda i: TrialEvent(header=header(i), event="x" * i),
+    topics.RIG.name: lambda i: String(data=f"name: {i}"),
+    topics.DIAGNOSTICS.name: diagnostics,
 }
 COUNT = 12
-
-
-def type_name(message) -> str:
-    return f"{type(message).__module__.split('.')[0]}/msg/{type(message).__name__}"
 
 
 @pytest.fixture(scope="module")
 def bag_directory(tmp_path_factory):
     directory = tmp_path_factory.mktemp("bags") / "trial"
-    topics = [Topic(name, type_name(make(0)), SENSOR) for name, make in MAKERS.items()]
-    topics.append(Topic("/never/published", "std_msgs/msg/String", LATCHED))
+    known = {topic.name: topic for topic in topics.TRIAL}
+    recorded = [known[name] for name in MAKERS]
+    recorded.append(Topic("/never/published", "std_msgs/msg/String", LATCHED))
     rig = Attachment("rig.yaml", "application/yaml", b"name: nit  # exact\n")
-    with BagWriter(directory, topics, [rig], {"towtank": {"version": "0"}}) as writer:
+    with BagWriter(directory, recorded, [rig], {"towtank": {"version": "0"}}) as writer:
         for i in range(COUNT):
             writer.write(
                 [
@@ -128,6 +127,11 @@ def bag_directory(tmp_path_factory):
     return directory
 
 
+def test_every_message_type_of_the_graph_is_tried():
+    tried = {topic.type_name for topic in topics.TRIAL if topic.name in MAKERS}
+    assert tried == {topic.type_name for topic in topics.TRIAL}
+
+
 @pytest.mark.parametrize("topic", MAKERS)
 def test_every_message_type_comes_back(bag_directory, topic):
     raw = open_bag(bag_directory).raw(topic)
@@ -141,8 +145,8 @@ def test_every_message_type_comes_back(bag_directory, topic):
 
 def test_fields_of_a_topic_are_known(bag_directory):
     bag = open_bag(bag_directory)
-    assert bag.has_field("/measured/fish/depth", "zero_depth")
-    assert not bag.has_field("/measured/fish/depth", "spam")
+    assert bag.has_field(topics.FISH_DEPTH.name, "zero_depth")
+    assert not bag.has_field(topics.FISH_DEPTH.name, "spam")
     assert not bag.has_field("/no/such/topic", "zero_depth")
 
 
@@ -202,54 +206,56 @@ def test_a_finished_bag_is_complete(bag_directory):
 
 def test_columns_equal_the_decoded_messages(bag_directory):
     bag = open_bag(bag_directory)
-    z = bag.series("/twin/fish/odometry", ["pose.pose.position.z", "pose.covariance"])
+    z = bag.series(topics.TWIN_FISH.name, ["pose.pose.position.z", "pose.covariance"])
     np.testing.assert_array_equal(
         z["pose.pose.position.z"], [odometry(i).pose.pose.position.z for i in range(COUNT)]
     )
     np.testing.assert_array_equal(z["pose.covariance"][:, 35], np.arange(COUNT))
     np.testing.assert_array_equal(z["stamp_ns"], START_NS + PERIOD_NS * np.arange(COUNT))
 
-    joints = bag.series("/measured/joint_states", ["name", "position", "velocity"])
+    joints = bag.series(topics.MEASURED_JOINTS.name, ["name", "position", "velocity"])
     assert joints["name"][3].tolist() == ["crank", "carriage"]
     np.testing.assert_array_equal(joints["position"][:, 1], np.arange(COUNT))
 
-    scans = bag.series("/measured/adc_scan", ["codes", "channel_delay_ns", "crank_count"])
+    scans = bag.series(topics.SCANS.name, ["codes", "channel_delay_ns", "crank_count"])
     np.testing.assert_array_equal(scans["codes"][:, 0], np.arange(COUNT))
     assert scans["codes"][0, 5] == 0xFFFFFF
     np.testing.assert_array_equal(scans["channel_delay_ns"][:, 5], np.arange(COUNT))
     np.testing.assert_array_equal(scans["crank_count"], -np.arange(COUNT))
 
-    depth = bag.series("/measured/fish/depth", ["valid"])
+    depth = bag.series(topics.FISH_DEPTH.name, ["valid"])
     np.testing.assert_array_equal(depth["valid"], np.arange(COUNT) % 2 == 0)
 
 
 def test_bytes_behind_a_message_are_no_part_of_it(tmp_path):
     """Fast CDR leaves some behind a JointState without efforts."""
     message = JointState(header=header(0), name=["crank", "carriage"], position=[1.0, 2.0])
-    with BagWriter(tmp_path / "bag", [Topic("/joints", type_name(message), SENSOR)]) as writer:
+    with BagWriter(tmp_path / "bag", [topics.MEASURED_JOINTS]) as writer:
         writer.write([RawMessage(0, 1, 1, serialize_message(message))])
     bag = open_bag(tmp_path / "bag")
-    ((_, read),) = bag.messages("/joints")
+    ((_, read),) = bag.messages(topics.MEASURED_JOINTS.name)
     assert read.position.tolist() == [1.0, 2.0]
     assert len(read.effort) == 0
-    assert bag.series("/joints", ["effort"])["effort"].shape == (1, 0)
+    assert bag.series(topics.MEASURED_JOINTS.name, ["effort"])["effort"].shape == (1, 0)
 
 
 def test_messages_of_changing_length_are_read_one_by_one(bag_directory):
     bag = open_bag(bag_directory)
-    events = bag.series("/trial/events", ["event"])
+    events = bag.series(topics.EVENTS.name, ["event"])
     assert events["event"].tolist() == ["x" * i for i in range(COUNT)]
     np.testing.assert_array_equal(events["stamp_ns"], START_NS + PERIOD_NS * np.arange(COUNT))
-    values = bag.series("/diagnostics", ["status[0].values[0].value"])
+    values = bag.series(topics.DIAGNOSTICS.name, ["status[0].values[0].value"])
     assert values["status[0].values[0].value"].tolist() == [str(10**i) for i in range(COUNT)]
 
 
 def test_an_unknown_field_is_named(bag_directory):
     bag = open_bag(bag_directory)
-    with pytest.raises(BagError, match=r"/measured/fish/depth: .*Depth has no field 'deepness'"):
-        bag.series("/measured/fish/depth", ["deepness"])
+    with pytest.raises(
+        BagError, match=f"{topics.FISH_DEPTH.name}: .*Depth has no field 'deepness'"
+    ):
+        bag.series(topics.FISH_DEPTH.name, ["deepness"])
     with pytest.raises(BagError, match=r"TrialEvent has no field 'cause'"):
-        bag.series("/trial/events", ["cause"])
+        bag.series(topics.EVENTS.name, ["cause"])
 
 
 def test_a_topic_without_messages_gives_empty_series(bag_directory):

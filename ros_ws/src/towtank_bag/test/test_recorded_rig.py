@@ -11,8 +11,8 @@ from text_bag import text_message
 from towtank_bag.layout import BagError
 from towtank_bag.reader import open_bag
 from towtank_bag.recorded_rig import recorded_rig
-from towtank_bag.topics import parse_topics
 from towtank_bag.writer import Attachment, BagWriter
+from towtank_node.topics import RIG
 
 TEXT = b"name: tow\nx: 0.22\n"
 SPOILT = "the attached rig.yaml is damaged: the rig is that of /rig"
@@ -20,10 +20,9 @@ SPOILT = "the attached rig.yaml is damaged: the rig is that of /rig"
 
 def write(directory, attached: bytes | None = TEXT, published: bytes | None = TEXT, noted=TEXT):
     """A bag with up to three witnesses; the first message is on another topic."""
-    topics = parse_topics(["/rig std_msgs/msg/String latched"])
     attachments = [] if attached is None else [Attachment("rig.yaml", "", attached)]
     metadata = {} if noted is None else {"rig_sha256": hashlib.sha256(noted).hexdigest()}
-    with BagWriter(directory, topics, attachments, {"towtank": metadata}) as writer:
+    with BagWriter(directory, [RIG], attachments, {"towtank": metadata}) as writer:
         if published is not None:
             writer.write([text_message(0, published)])
     return directory / f"{directory.name}_0.mcap"

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from rclpy.executors import SingleThreadedExecutor
 from towtank_bag.reader import open_bag
 from towtank_interfaces.msg import Depth, TrialEvent
+from towtank_node import names, topics
+from towtank_node.endpoints import publisher, subscription
 from towtank_node.leading import LifecycleClient
-from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
 
 RIG = Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
 TIMEOUT_S = 30.0
@@ -27,13 +28,11 @@ class Graph:
 
     def __init__(self, uri: Path, file_size_limit: int | None = None) -> None:
         self.node = rclpy.create_node("tester")
-        self.depth = self.node.create_publisher(Depth, "/measured/fish/depth", SENSOR_QOS)
-        self.events = self.node.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
+        self.depth = publisher(self.node, topics.FISH_DEPTH)
+        self.events = publisher(self.node, topics.EVENTS)
         self.statuses: list[DiagnosticStatus] = []
-        self.node.create_subscription(
-            DiagnosticArray, "/diagnostics", lambda a: self.statuses.extend(a.status), RELIABLE_QOS
-        )
-        self.leader = LifecycleClient(self.node, "/recorder")
+        subscription(self.node, topics.DIAGNOSTICS, lambda a: self.statuses.extend(a.status))
+        self.leader = LifecycleClient(self.node, names.RECORDER_NODE)
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
         program = "from towtank_bag.recorder import main; main()"
@@ -121,16 +120,16 @@ def test_the_bag_holds_what_was_sent(make_graph, tmp_path):
 
     bag = open_bag(tmp_path / "bag")
     assert bag.complete
-    depths = bag.series("/measured/fish/depth", ["depth"])
+    depths = bag.series(topics.FISH_DEPTH.name, ["depth"])
     assert depths["depth"].tolist() == list(range(120))
-    raw = bag.raw("/measured/fish/depth")
+    raw = bag.raw(topics.FISH_DEPTH.name)
     assert (raw.log_time_ns >= raw.publish_time_ns).all()
-    assert [m.event for _, m in bag.messages("/trial/events")] == ["started"]
+    assert [m.event for _, m in bag.messages(topics.EVENTS.name)] == ["started"]
     assert bag.rig_text == RIG.read_text()
-    assert [m.data for _, m in bag.messages("/rig")] == [RIG.read_text()]
+    assert [m.data for _, m in bag.messages(topics.RIG.name)] == [RIG.read_text()]
     assert "fish_pressure" in bag.attachments["calibration.json"].decode()
     assert bag.metadata["towtank"]["rig"] == "nit_calicut_2012"
-    assert bag.topics["/diagnostics"].count > 0
+    assert bag.topics[topics.DIAGNOSTICS.name].count > 0
 
 
 @pytest.mark.real_time
@@ -146,7 +145,7 @@ def test_a_signal_ends_the_recording_cleanly(make_graph, tmp_path, end):
     assert "Traceback" not in errors
     bag = open_bag(tmp_path / "bag")
     assert bag.complete
-    assert bag.topics["/measured/fish/depth"].count == 50
+    assert bag.topics[topics.FISH_DEPTH.name].count == 50
 
 
 def test_an_existing_directory_is_refused(make_graph, tmp_path):
@@ -169,7 +168,7 @@ def test_a_full_disk_is_said_and_ends_the_recording(make_graph, tmp_path):
     assert not graph.transition(Transition.TRANSITION_CLEANUP)
     bag = open_bag(tmp_path / "bag")
     assert not bag.complete
-    assert bag.topics["/measured/fish/depth"].count > 0
+    assert bag.topics[topics.FISH_DEPTH.name].count > 0
     graph.process.send_signal(signal.SIGINT)
     _, errors = graph.process.communicate(timeout=TIMEOUT_S)
     assert "Traceback" not in errors

@@ -6,10 +6,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from towtank_bag.qos_profile import OfferedQos
-from towtank_bag.writer import Attachment, RawMessage, Topic
+from towtank_bag.writer import Attachment, RawMessage
+from towtank_node.qos import RELIABLE
+from towtank_node.topics import Topic
 
-TOPIC = Topic("/text", "std_msgs/msg/String", OfferedQos("reliable", "volatile", 10))
+TOPIC = Topic("/text", "std_msgs/msg/String", RELIABLE)
 RIG = Attachment("rig.yaml", "application/yaml", b"name: any\n")
 
 

@@ -3,34 +3,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
+
+from towtank_node.qos import Qos
 
 # rosbag2's word for "no limit" in a duration
 _UNLIMITED = {"sec": 9223372036, "nsec": 854775807}
 
 
-@dataclass(frozen=True)
-class OfferedQos:
-    """What a publisher offers, as far as the graph's profiles differ.
-
-    reliability: reliable or best_effort; durability: volatile or transient_local.
-    """
-
-    reliability: str
-    durability: str
-    depth: int
-
-    def profile(self) -> dict[str, Any]:
-        """All nine fields, as in metadata.yaml version 9. rosbag2 refuses a shorter profile."""
-        return {
-            "history": "keep_last",
-            "depth": self.depth,
-            "reliability": self.reliability,
-            "durability": self.durability,
-            "deadline": dict(_UNLIMITED),
-            "lifespan": dict(_UNLIMITED),
-            "liveliness": "automatic",
-            "liveliness_lease_duration": dict(_UNLIMITED),
-            "avoid_ros_namespace_conventions": False,
-        }
+def offered_profile(qos: Qos) -> dict[str, Any]:
+    """All nine fields, as in metadata.yaml version 9. rosbag2 refuses a shorter profile."""
+    return {
+        "history": "keep_last",
+        "depth": qos.depth,
+        "reliability": qos.reliability,
+        "durability": qos.durability,
+        "deadline": dict(_UNLIMITED),
+        "lifespan": dict(_UNLIMITED),
+        "liveliness": "automatic",
+        "liveliness_lease_duration": dict(_UNLIMITED),
+        "avoid_ros_namespace_conventions": False,
+    }

@@ -7,12 +7,12 @@ import hashlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from towtank_node.topics import RIG
+
 from towtank_bag.layout import RECORDER_METADATA, RIG_ATTACHMENT, BagError
 
 if TYPE_CHECKING:
     from towtank_bag.reader import Bag
-
-RIG_TOPIC = "/rig"
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def recorded_rig(bag: Bag) -> RecordedRig:
     copies = ([attached.data] if attached is not None else []) + published
     if not copies:
         raise BagError(f"{bag.directory}: the bag holds no rig file; give it with --rig FILE")
-    spoilt = f"the attached {RIG_ATTACHMENT} is damaged: the rig is that of {RIG_TOPIC}"
+    spoilt = f"the attached {RIG_ATTACHMENT} is damaged: the rig is that of {RIG.name}"
     twice = attached is not None and attached.data in published
     if noted is not None:
         for copy in copies:
@@ -63,7 +63,7 @@ def recorded_rig(bag: Bag) -> RecordedRig:
 def _published(bag: Bag) -> list[bytes]:
     """The different texts on the topic; none where it holds something else."""
     try:
-        messages = [message for _, message in bag.messages(RIG_TOPIC)]
+        messages = [message for _, message in bag.messages(RIG.name)]
     except BagError:
         return []
     texts = [message.data for message in messages if isinstance(getattr(message, "data", 0), str)]

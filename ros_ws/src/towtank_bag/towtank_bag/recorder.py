@@ -9,18 +9,20 @@ on /diagnostics, goes back to inactive, and what was written stays, marked incom
 from __future__ import annotations
 
 import sys
-from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from rclpy.lifecycle import State, TransitionCallbackReturn
 from std_msgs.msg import String
+from towtank_node import topics
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.endpoints import publisher
 from towtank_node.lifecycle import ManagedNode
 from towtank_node.main import run_node
+from towtank_node.names import RECORDER_NODE, split_name
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.polling import PolledSubscription, Received
-from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.qos import SENSOR
 from towtank_node.senders import Senders
 from towtank_node.stamps import SteadyTimes
 from towtank_node.timers import create_steady_timer
@@ -34,17 +36,11 @@ from towtank_bag.layout import (
     RIG_ATTACHMENT,
     BagError,
 )
-from towtank_bag.topics import QOS, TRIAL_TOPICS, TopicError, parse_topics
-from towtank_bag.writer import Attachment, BagWriter, RawMessage, Topic
+from towtank_bag.topics import TopicError, parse_topics, topic_line
+from towtank_bag.writer import Attachment, BagWriter, RawMessage
 
 POLL_PERIOD_S = 0.1
 """Ten samples of each 100 Hz topic: a fifth of what their queues hold."""
-
-_SUBSCRIPTION_QOS = {
-    QOS["sensor"]: SENSOR_QOS,
-    QOS["reliable"]: RELIABLE_QOS,
-    QOS["latched"]: LATCHED_QOS,
-}
 
 PARAMETERS = (
     Parameter("rig", str, "path of the rig file"),
@@ -53,7 +49,7 @@ PARAMETERS = (
         "topics",
         list[str],
         "topics to record, each as '/name package/msg/Type sensor|reliable|latched'",
-        default=list(TRIAL_TOPICS),
+        default=[topic_line(topic) for topic in topics.TRIAL],
     ),
 )
 
@@ -62,7 +58,7 @@ class Recorder(ManagedNode):
     """Shell around BagWriter."""
 
     def __init__(self) -> None:
-        super().__init__("recorder")
+        super().__init__(split_name(RECORDER_NODE)[1])
         parameters = read_parameters(self, PARAMETERS)
         self._rig = load_rig(parameters.rig)
         self._uri = parameters.uri
@@ -72,7 +68,7 @@ class Recorder(ManagedNode):
         self._poll_timer: Any = None
         self._senders = Senders(self)
         self._times = SteadyTimes(TrialClock(self).offset_ns)
-        self._rig_publisher = self.create_publisher(String, "/rig", LATCHED_QOS)
+        self._rig_publisher = publisher(self, topics.RIG)
         self._diagnostics = NodeDiagnostics(self, POLL_PERIOD_S, self._counters)
 
     def on_configure(self, state: State) -> TransitionCallbackReturn:
@@ -82,7 +78,9 @@ class Recorder(ManagedNode):
             )
         except (BagError, DefinitionError) as error:
             return self._fail(str(error))
-        self._polled = [self._subscribe(topic) for topic in self._topics]
+        self._polled = [
+            PolledSubscription(self, topic, self._senders, raw=True) for topic in self._topics
+        ]
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: State) -> TransitionCallbackReturn:
@@ -125,18 +123,6 @@ class Recorder(ManagedNode):
         if writer is not None:
             writer.close()
 
-    def _subscribe(self, topic: Topic) -> PolledSubscription:
-        package, kind, name = topic.type_name.split("/")
-        message_type = getattr(import_module(f"{package}.{kind}"), name)
-        return PolledSubscription(
-            self,
-            message_type,
-            topic.name,
-            _SUBSCRIPTION_QOS[topic.qos],
-            self._senders,
-            raw=True,
-        )
-
     def _poll(self) -> None:
         with self._diagnostics.cycle():
             self._record_waiting()
@@ -168,7 +154,7 @@ class Recorder(ManagedNode):
         return sum(
             subscription.lost
             for topic, subscription in zip(self._topics, self._polled, strict=False)
-            if topic.qos == QOS["sensor"]
+            if topic.qos == SENSOR
         )
 
     def _stop_polling(self) -> None:

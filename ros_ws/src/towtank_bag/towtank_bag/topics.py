@@ -1,52 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of a trial, as the recorder takes them."""
+"""Topics to record, as lines of text: the form of the recorder's parameter."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from towtank_bag.qos_profile import OfferedQos
-from towtank_bag.writer import Topic
+from towtank_node.qos import LATCHED, RELIABLE, SENSOR
+from towtank_node.topics import Topic
 
-QOS = {
-    "sensor": OfferedQos("best_effort", "volatile", 50),
-    "reliable": OfferedQos("reliable", "volatile", 100),
-    "latched": OfferedQos("reliable", "transient_local", 100),
-}
-"""By the names of the graph's profiles (towtank_node.qos)."""
-
-TRIAL_TOPICS = (
-    "/measured/adc_scan towtank_interfaces/msg/AdcScan sensor",
-    "/measured/fish/pressure sensor_msgs/msg/FluidPressure sensor",
-    "/measured/fish/depth towtank_interfaces/msg/Depth sensor",
-    "/measured/depressor/pressure sensor_msgs/msg/FluidPressure sensor",
-    "/measured/depressor/depth towtank_interfaces/msg/Depth sensor",
-    "/measured/fish/imu sensor_msgs/msg/Imu sensor",
-    "/measured/fish/inclination towtank_interfaces/msg/Inclination sensor",
-    "/measured/joint_states sensor_msgs/msg/JointState sensor",
-    "/measured/crank_motion towtank_interfaces/msg/CrankMotion sensor",
-    "/measured/crank_drive/state towtank_interfaces/msg/CrankDrive reliable",
-    "/measured/heave_ratio towtank_interfaces/msg/HeaveRatio reliable",
-    "/twin/fish/odometry nav_msgs/msg/Odometry sensor",
-    "/twin/depressor/odometry nav_msgs/msg/Odometry sensor",
-    "/twin/cable_state towtank_interfaces/msg/CableState sensor",
-    "/twin/heave_ratio towtank_interfaces/msg/HeaveRatio reliable",
-    "/plant/fish/odometry nav_msgs/msg/Odometry sensor",
-    "/plant/fish/imu sensor_msgs/msg/Imu sensor",
-    "/plant/depressor/odometry nav_msgs/msg/Odometry sensor",
-    "/plant/joint_states sensor_msgs/msg/JointState sensor",
-    "/plant/cable_state towtank_interfaces/msg/CableState sensor",
-    "/trial/events towtank_interfaces/msg/TrialEvent latched",
-    "/rig std_msgs/msg/String latched",
-    "/diagnostics diagnostic_msgs/msg/DiagnosticArray reliable",
-)
-"""Everything that a trial publishes: name, type and quality of service."""
-
-TRIAL_TOPIC_NAMES = tuple(line.split()[0] for line in TRIAL_TOPICS)
+QOS = {"sensor": SENSOR, "reliable": RELIABLE, "latched": LATCHED}
 
 
 class TopicError(ValueError):
     """A line of the topic list cannot be used."""
+
+
+def topic_line(topic: Topic) -> str:
+    """A topic of the graph as `parse_topics` reads it."""
+    (word,) = (word for word, qos in QOS.items() if qos == topic.qos)
+    return f"{topic.name} {topic.type_name} {word}"
 
 
 def parse_topics(lines: Sequence[str]) -> list[Topic]:

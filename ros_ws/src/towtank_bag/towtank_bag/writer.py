@@ -26,11 +26,12 @@ from typing import Any
 
 from mcap.writer import CompressionType, Writer
 from ruamel.yaml import YAML
+from towtank_node.topics import Topic
 
 from towtank_bag.definitions import message_definition
 from towtank_bag.held_directory import HeldDirectory, make_directory
 from towtank_bag.layout import METADATA_FILE, RECORDING_MARKER, BagError
-from towtank_bag.qos_profile import OfferedQos
+from towtank_bag.qos_profile import offered_profile
 
 CHUNK_BYTES = 256 * 1024
 FLUSH_PERIOD_S = 0.4
@@ -39,15 +40,6 @@ to take it. For what it costs see README.md."""
 
 QUEUE_MESSAGES = 50_000
 """Half a minute of a whole trial's messages: a disk may stall that long before any is lost."""
-
-
-@dataclass(frozen=True)
-class Topic:
-    """One topic to record; `type_name` is `package/msg/Name`."""
-
-    name: str
-    type_name: str
-    qos: OfferedQos
 
 
 @dataclass(frozen=True)
@@ -213,7 +205,7 @@ class BagWriter:
                     schemas[definition.name],
                     {
                         # JSON is YAML, in which rosbag2 reads it
-                        "offered_qos_profiles": json.dumps([topic.qos.profile()]),
+                        "offered_qos_profiles": json.dumps([offered_profile(topic.qos)]),
                         "topic_type_hash": definition.type_hash,
                     },
                 )
@@ -294,7 +286,7 @@ class BagWriter:
                         "name": topic.name,
                         "type": topic.type_name,
                         "serialization_format": "cdr",
-                        "offered_qos_profiles": [topic.qos.profile()],
+                        "offered_qos_profiles": [offered_profile(topic.qos)],
                         "type_description_hash": definition.type_hash,
                     },
                     "message_count": count,

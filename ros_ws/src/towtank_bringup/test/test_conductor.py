@@ -12,16 +12,17 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from lifecycle_msgs.msg import State, Transition
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Trigger
 from towtank_bringup.conductor import Conductor, TrialError
 from towtank_bringup.course import OperatorDrive, run_course
 from towtank_bringup.graph import NodeGroup, RosNode, joined
 from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetCrankSpeed, SetDrive
+from towtank_node import names, topics
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.endpoints import publisher, server, subscription
 from towtank_node.executor import StreamExecutor
 from towtank_node.lifecycle import ManagedNode
-from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.services import SET_CRANK_SPEED, ZERO
 from towtank_node.stamps import stamp_ns
 
 
@@ -41,12 +42,14 @@ def test_a_drive_that_is_not_heard_is_not_steady(context):
 
     def watch():
         if len(said) < 20:
-            joints = JointState(name=["crank", "carriage"], velocity=[3.0, 1.0])
-            publisher.publish(joints)
-            said.append(joints)
+            message = JointState(
+                name=[names.CRANK_JOINT, names.CARRIAGE_JOINT], velocity=[3.0, 1.0]
+            )
+            joints.publish(message)
+            said.append(message)
 
     conductor = Conductor((), watch, context=context)
-    publisher = conductor.create_publisher(JointState, "/measured/joint_states", SENSOR_QOS)
+    joints = publisher(conductor, topics.MEASURED_JOINTS)
     with pytest.raises(TrialError, match="steady run at crank 3, carriage 1: not within 8 s"):
         conductor.wait_for_steady_drive({"crank": 3.0, "carriage": 1.0}, 0.03, 4.0, 8.0)
     assert len(said) == 20
@@ -137,8 +140,8 @@ def test_strangers_are_told_of_once_and_their_word_is_not_taken(led):
     """Errors, values that are no numbers, and a second set of ratios."""
     conductor, _, events, said = led
     gamepad = rclpy.create_node("gamepad", context=conductor.context)
-    diagnostics = gamepad.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
-    ratios = gamepad.create_publisher(HeaveRatio, "/twin/heave_ratio", RELIABLE_QOS)
+    diagnostics = publisher(gamepad, topics.DIAGNOSTICS)
+    ratios = publisher(gamepad, topics.TWIN_RATIO)
     error = DiagnosticStatus(name="joy", level=DiagnosticStatus.ERROR)
     odd = DiagnosticStatus(name="/device", values=[KeyValue(key="overruns", value="n/a")])
 
@@ -150,7 +153,7 @@ def test_strangers_are_told_of_once_and_their_word_is_not_taken(led):
     conductor.wait_until(publish, 60.0, "the strangers to be told of")
     assert sorted(events, key=str) == [
         ("stranger", {"node": "/gamepad", "topic": topic})
-        for topic in ("/diagnostics", "/twin/heave_ratio")
+        for topic in (topics.DIAGNOSTICS.name, topics.TWIN_RATIO.name)
     ]
     assert sum("warning: /gamepad, which is none of this" in line for line in said) == 2
     assert conductor.reported("overruns") == {"/device": 0}
@@ -170,7 +173,7 @@ def test_a_trip_is_told_as_a_warning(context):
 def test_events_are_stamped_by_the_trials_clock(context):
     conductor = Conductor(GRAPH, context=context)
     heard = []
-    conductor.create_subscription(TrialEvent, "/trial/events", heard.append, LATCHED_QOS)
+    subscription(conductor, topics.EVENTS, heard.append)
     before_ns = time.monotonic_ns()
     conductor.mark(TrialEvent.STARTED)
     conductor.wait_until(lambda: heard, 60.0, "the event")
@@ -244,10 +247,11 @@ def test_the_state_before_a_transition_does_not_decide_it(led, monkeypatch):
 
 def test_a_zero_whose_answer_got_lost_is_done_once(context):
     """A second could come when the carriage runs; the sensor's diagnostics tell of the first."""
-    name = "/measured/fish/pressure_sensor"
+    name = names.pressure_node(names.FISH)
     group = NodeGroup("p", "e", (name,))
     conductor = Conductor((group,), context=context)
-    sensor = rclpy.create_node("pressure_sensor", namespace="measured/fish", context=context)
+    namespace, own_name = names.split_name(name)
+    sensor = rclpy.create_node(own_name, namespace=namespace, context=context)
     zeroed = ["zero at 0.1 m"]  # of an earlier trial
     diagnostics = NodeDiagnostics(sensor, 1.0, lambda: {"zeroed": zeroed[-1]})
 
@@ -255,7 +259,7 @@ def test_a_zero_whose_answer_got_lost_is_done_once(context):
         zeroed.append(f"zero at 0.{len(zeroed) + 1} m")
         raise LookupError  # done, and no answer given
 
-    sensor.create_service(Trigger, "~/zero", zero)
+    server(sensor, ZERO.of("~"), zero)
     with served(sensor, context):
         diagnostics.ready()
         conductor.wait_until(lambda: conductor._ready(name), 60.0, "the sensor")
@@ -291,10 +295,11 @@ class DrivenCrank:
     """A board's drive that tells its state often; a stop takes some time, or has no end."""
 
     def __init__(self, context, obeys: bool) -> None:
-        self.node = rclpy.create_node("crank_drive", namespace="measured", context=context)
+        namespace, name = names.split_name(names.CRANK_DRIVE_NODE)
+        self.node = rclpy.create_node(name, namespace=namespace, context=context)
         self.told, self.asked, self._obeys = [], [], obeys
-        self._publisher = self.node.create_publisher(CrankDrive, "~/state", RELIABLE_QOS)
-        self.node.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
+        self._publisher = publisher(self.node, topics.CRANK_DRIVE)
+        server(self.node, SET_CRANK_SPEED, self._on_set_speed)
         self._timer = self.node.create_timer(0.02, self._tell)
 
     def falls_silent(self) -> None:

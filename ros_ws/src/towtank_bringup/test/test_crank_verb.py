@@ -30,10 +30,11 @@ from towtank_bringup.verbs.crank import (
     one_domain,
 )
 from towtank_interfaces.msg import CrankDrive
-from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node import names, topics
+from towtank_node.endpoints import publisher, server, subscription
 from towtank_node.executor import StreamExecutor
-from towtank_node.qos import RELIABLE_QOS
 from towtank_node.quick_stop import quick_stop
+from towtank_node.services import SET_CRANK_SPEED
 
 CLI = """
 import os, pathlib
@@ -82,8 +83,7 @@ def test_the_crank_obeys(tmp_path, runtime, monkeypatch):
     node = RosNode(
         "towtank_daq",
         "adc_board",
-        "/measured",
-        "adc_board",
+        *names.split_name(names.BOARD_NODE),
         {"rig": str(rig_path("nit_calicut_2012")), "port": str(tmp_path / "board")},
         lifecycle=True,
     )
@@ -96,9 +96,7 @@ def test_the_crank_obeys(tmp_path, runtime, monkeypatch):
         processes.start(graph, processes.check)
         conductor = open_conductor(graph, processes.check, print)
         states = []
-        conductor.create_subscription(
-            CrankDrive, "/measured/crank_drive/state", states.append, RELIABLE_QOS
-        )
+        subscription(conductor, topics.CRANK_DRIVE, states.append)
         conductor.bring_up()
         trial = led_by(hung, tmp_path / "trial", int(os.environ["ROS_DOMAIN_ID"]))
         runtime.mkdir(mode=0o700)
@@ -241,8 +239,8 @@ def test_a_start_whose_answer_got_lost_is_judged_by_the_drives_state(monkeypatch
     context = rclpy.Context()
     domain = int(os.environ["ROS_DOMAIN_ID"])
     rclpy.init(context=context, domain_id=domain)
-    board = rclpy.create_node("crank_drive", namespace="measured", context=context)
-    publisher = board.create_publisher(CrankDrive, "~/state", RELIABLE_QOS)
+    board = rclpy.create_node("board", context=context)
+    states = publisher(board, topics.CRANK_DRIVE)
     asked = []
 
     def lose(request, response):
@@ -251,9 +249,9 @@ def test_a_start_whose_answer_got_lost_is_judged_by_the_drives_state(monkeypatch
 
     def tell():
         target = asked[-1] if runs and asked else 2.0
-        publisher.publish(CrankDrive(state=CrankDrive.RUNNING, target_rate=target))
+        states.publish(CrankDrive(state=CrankDrive.RUNNING, target_rate=target))
 
-    board.create_service(SetCrankSpeed, "~/set_speed", lose)
+    server(board, SET_CRANK_SPEED, lose)
     board.create_timer(0.05, tell)
     ended = threading.Event()
 

@@ -4,6 +4,7 @@
 from pathlib import Path
 
 from towtank_bringup.result_table import print_result
+from towtank_node import names, topics
 
 
 def test_a_result_without_a_ratio_says_why(capsys):
@@ -21,8 +22,8 @@ def test_a_result_without_a_ratio_says_why(capsys):
             "heave_ratio": {"measured": nothing, "twin": nothing},
             "reasons": {"measured": reason, "twin": reason},
             "scans": {"scheduled": 1601, "received": 1550, "lost": 51, "bad": 0},
-            "restarts": {"/measured/adc_board": 2},
-            "strangers": [{"node": "/gamepad", "topic": "/diagnostics"}],
+            "restarts": {names.BOARD_NODE: 2},
+            "strangers": [{"node": "/gamepad", "topic": topics.DIAGNOSTICS.name}],
             "sensor_health": {},
             "encoder": {"reference_lost_s": [1009.0]},
             "bag_problem": "t/bag: the recording broke off; the bag is read as far as it goes",
@@ -32,7 +33,7 @@ def test_a_result_without_a_ratio_says_why(capsys):
     )
     said = capsys.readouterr().out
     assert f"no heave ratio for measured: {reason}\n" in said
-    assert "/measured/adc_board had ended and was started again, 2 time(s)" in said
+    assert f"{names.BOARD_NODE} had ended and was started again, 2 time(s)" in said
     assert "/gamepad, which was none of this trial's nodes, published /diagnostics too" in said
     assert "the board was reset: from 7.00 s after the log's start on, the positions of" in said
     assert "warning: t/bag: the recording broke off; the bag is read as far as it goes\n" in said

@@ -29,6 +29,7 @@ from towtank_bringup.only_trial import DomainTaken, only_trial
 from towtank_bringup.plan import PlanError, plan_trial
 from towtank_bringup.processes import command_of
 from towtank_bringup.rigs import rig_path
+from towtank_node import names
 
 
 @pytest.fixture
@@ -48,11 +49,11 @@ def planned_graph(tmp_path, **wishes):
 
 def test_names_are_unique_and_executables_installed(firmware, tmp_path):
     graph = planned_graph(tmp_path)
-    for names in (
+    for every in (
         [item.full_name for item in graph],
         [name for item in graph for name in item.node_names],
     ):
-        assert len(names) == len(set(names))
+        assert len(every) == len(set(every))
     for item in graph:
         if not isinstance(item, Program):
             assert os.access(command_of(item)[1], os.X_OK), item.full_name
@@ -64,10 +65,10 @@ def test_real_board_runs_the_same_measurement_without_the_virtual_tank(firmware,
     virtual, real = planned_graph(tmp_path), planned_graph(tmp_path, port=port)
     assert {item.full_name for item in virtual} - {item.full_name for item in real} == {
         "virtual_board",
-        "/plant/simulator",
-        "/plant/bench",
+        names.PLANT_NODE,
+        names.BENCH_NODE,
     }
-    board = next(item for item in real if item.full_name == "/measured/adc_board")
+    board = next(item for item in real if item.full_name == names.BOARD_NODE)
     assert board.parameters["port"] == str(port)
 
 
@@ -81,7 +82,7 @@ def test_the_virtual_board_is_that_of_the_rigs_calibrations(firmware, tmp_path):
     (board,) = (item for item in planned.graph if item.full_name == "virtual_board")
     image = Path(board.command[board.command.index("--eeprom") + 1]).read_bytes()
     assert len(image) == 4096 and image[4:8] == b"\x03\0\0\0"
-    (node,) = (item for item in planned.graph if item.full_name == "/measured/adc_board")
+    (node,) = (item for item in planned.graph if item.full_name == names.BOARD_NODE)
     assert node.parameters["any_calibration"] is True
     without = plan_trial(rig="nit_calicut_2012", runtime=tmp_path, out=tmp_path / "o").graph
     (board,) = (item for item in without if item.full_name == "virtual_board")
@@ -291,7 +292,9 @@ def test_every_node_is_told_of_the_others_and_of_the_trials_clock(firmware, tmp_
         if not isinstance(item, Program):
             assert item.parameters["clock_offset_ns"] == 7
             senders = item.parameters["senders"].split()
-            assert {"/conductor", "/recorder", "/measured/crank_drive"} < set(senders)
+            assert {names.CONDUCTOR_NODE, names.RECORDER_NODE, names.CRANK_DRIVE_NODE} < set(
+                senders
+            )
             assert {name for other in graph for name in other.node_names} < set(senders)
     assert told_to_all(graph) == {"clock_offset_ns": 7, "senders": item.parameters["senders"]}
     assert told_to_all(()) == {}

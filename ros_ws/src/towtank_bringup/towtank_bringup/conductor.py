@@ -24,28 +24,33 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from towtank_bag.topics import TRIAL_TOPIC_NAMES
 from towtank_interfaces.msg import CrankDrive, HeaveRatio, TrialEvent
 from towtank_interfaces.srv import SetCrankSpeed, SetDrive
-from towtank_node import calls
+from towtank_node import calls, topics
 from towtank_node.calls import Call
+from towtank_node.endpoints import client, publisher
 from towtank_node.executor import StreamExecutor
 from towtank_node.leading import LifecycleClient
-from towtank_node.qos import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS
+from towtank_node.names import (
+    BODIES,
+    CARRIAGE_JOINT,
+    CONDUCTOR_NODE,
+    CRANK_DRIVE_NODE,
+    MEASURED,
+    PLANT_NODE,
+    TWIN,
+    pressure_node,
+    split_name,
+)
 from towtank_node.senders import UNKNOWN_NODE, Senders, publishers
+from towtank_node.services import SET_CRANK_SPEED, SET_DRIVE, ZERO, Service
 from towtank_node.trial_clock import TrialClock
 
 from towtank_bringup.crank_watch import CrankWatch
 from towtank_bringup.environment import NO_LOG_FILES
-from towtank_bringup.graph import CONDUCTOR, Graph, RosNode, told_to_all
+from towtank_bringup.graph import Graph, RosNode, told_to_all
 
 SERVICE_TIMEOUT_S = 30.0
-CRANK_DRIVE = "/measured/crank_drive"
-_SET_CRANK_SPEED = f"{CRANK_DRIVE}/set_speed"
-_PLANT = "/plant/simulator"
-_SET_DRIVE = "/plant/set_drive"
-_PRESSURE_SENSOR = "pressure_sensor"  # the nodes that can be zeroed
-_ZERO = "zero"
 _SPIN_S = 0.05
 _STRANGERS_S = 1.0  # between two looks for them
 _RUN_OUT_S = 10.0  # for a soft stop, which takes 6 s from 60 rpm
@@ -78,7 +83,7 @@ class Conductor(Node):
     ) -> None:
         told = [RosParameter(name, value=value) for name, value in told_to_all(graph).items()]
         super().__init__(
-            CONDUCTOR.removeprefix("/"),
+            split_name(CONDUCTOR_NODE)[1],
             context=context,
             use_global_arguments=False,
             parameter_overrides=told,
@@ -97,30 +102,26 @@ class Conductor(Node):
         self._leaders = {
             node.full_name: LifecycleClient(self, node.full_name) for node in self._lifecycle
         }
-        self._client(SetCrankSpeed, _SET_CRANK_SPEED)
+        self._client(SET_CRANK_SPEED)
         for name in self._node_names:
-            if name.endswith(f"/{_PRESSURE_SENSOR}"):
-                self._client(Trigger, f"{name}/{_ZERO}")
-            if name == _PLANT:
-                self._client(SetDrive, _SET_DRIVE)
+            if name in map(pressure_node, BODIES):
+                self._client(ZERO.of(name))
+            if name == PLANT_NODE:
+                self._client(SET_DRIVE)
         self._executor = StreamExecutor(context=context)
         self._executor.add_node(self)
-        self._events = self.create_publisher(TrialEvent, "/trial/events", LATCHED_QOS)
+        self._events = publisher(self, topics.EVENTS)
         self._senders = Senders(self)
         self._watch_at = 0.0
         self._publisher_counts: dict[str, int] = {}
         self._strangers: set[tuple[str, str]] = set()
         self._nameless: set[bytes] = set()
-        self._senders.subscribe(DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS)
-        self._senders.subscribe(
-            CrankDrive, f"{CRANK_DRIVE}/state", self._on_crank_drive, RELIABLE_QOS
-        )
-        for source in ("measured", "twin"):
+        self._senders.subscribe(topics.DIAGNOSTICS, self._on_status)
+        self._senders.subscribe(topics.CRANK_DRIVE, self._on_crank_drive)
+        for source in (MEASURED, TWIN):
             self._senders.subscribe(
-                HeaveRatio,
-                f"/{source}/heave_ratio",
+                topics.HEAVE_RATIO.within(source),
                 lambda ratio, source=source: self.ratios.__setitem__(source, ratio),
-                RELIABLE_QOS,
             )
 
     # ------------------------------------------------------------------ what the others say
@@ -143,7 +144,7 @@ class Conductor(Node):
             self._look_for_strangers()
         for name, status in self._statuses.items():
             # The crank's drive is judged by its state: before the run a trip may be cleared
-            if status.level >= DiagnosticStatus.ERROR and name != CRANK_DRIVE:
+            if status.level >= DiagnosticStatus.ERROR and name != CRANK_DRIVE_NODE:
                 raise TrialError(f"{name}: {status.message}")
         for node in self._lifecycle:
             if self.leading and not self._ready(node.full_name):
@@ -153,14 +154,14 @@ class Conductor(Node):
         """Tell of the publishers of the trial's topics that are none of the trial's nodes."""
         if self._senders.everybody:
             return
-        for topic in TRIAL_TOPIC_NAMES:
+        for topic in (topic.name for topic in topics.TRIAL):
             count = self.count_publishers(topic)
             if count == self._publisher_counts.get(topic):
                 continue
             self._publisher_counts[topic] = count
-            for publisher, node in publishers(self, topic).items():
-                if node == UNKNOWN_NODE and publisher not in self._nameless:
-                    self._nameless.add(publisher)  # its name may come; looked at once more
+            for sender, node in publishers(self, topic).items():
+                if node == UNKNOWN_NODE and sender not in self._nameless:
+                    self._nameless.add(sender)  # its name may come; looked at once more
                     del self._publisher_counts[topic]
                     break
                 if not self._senders.includes(node) and (topic, node) not in self._strangers:
@@ -224,7 +225,7 @@ class Conductor(Node):
 
         def on_joints(joints: JointState) -> None:
             nonlocal steady_since, steady_for
-            position = dict(zip(joints.name, joints.position, strict=False)).get("carriage")
+            position = dict(zip(joints.name, joints.position, strict=False)).get(CARRIAGE_JOINT)
             if position is not None and math.isfinite(position):
                 positions[1:] = [position]
             rates = dict(zip(joints.name, joints.velocity, strict=True))
@@ -237,9 +238,7 @@ class Conductor(Node):
             steady_for = now - steady_since  # by what is measured: a silent encoder adds nothing
 
         # Only while it is needed: a hundred messages a second are work.
-        subscription = self._senders.subscribe(
-            JointState, "/measured/joint_states", on_joints, SENSOR_QOS
-        )
+        subscription = self._senders.subscribe(topics.MEASURED_JOINTS, on_joints)
         try:
             self.wait_until(
                 lambda: steady_for >= steady_s,
@@ -275,7 +274,7 @@ class Conductor(Node):
         """
         if not self._crank.turns:
             return
-        client = self._client(SetCrankSpeed, _SET_CRANK_SPEED)
+        client = self._client(SET_CRANK_SPEED)
         request = SetCrankSpeed.Request(action=SetCrankSpeed.Request.STOP)
         begun = time.monotonic()
         ask_at = begun
@@ -292,11 +291,11 @@ class Conductor(Node):
         else:
             self._see_whether_the_crank_rests()
 
-    def _client(self, service: type, name: str) -> Client:
+    def _client(self, service: Service) -> Client:
         """The client of a service. Made once: a server answers those that it has known for long."""
-        if name not in self._kept:
-            self._kept[name] = self.create_client(service, name)
-        return self._kept[name]
+        if service.name not in self._kept:
+            self._kept[service.name] = client(self, service)
+        return self._kept[service.name]
 
     def _wait_for_service(self, client: Client) -> None:
         self.wait_until(
@@ -377,7 +376,7 @@ class Conductor(Node):
         Asked for once: a second request could be served when the carriage runs already. Where its
         answer gets lost the node's diagnostics tell what it has done.
         """
-        client = self._client(Trigger, f"{node_name}/{_ZERO}")
+        client = self._client(ZERO.of(node_name))
         self._wait_for_service(client)
         before = self._value(node_name, "zeroed")
         call = Call(client, Trigger.Request())
@@ -400,14 +399,14 @@ class Conductor(Node):
 
     def set_drive(self, carriage_speed: float, crank_rate: float, ramp_time: float) -> None:
         """Command the virtual tank's carriage (m/s) and crank (rad/s) along a ramp (s)."""
-        client = self._client(SetDrive, _SET_DRIVE)
+        client = self._client(SET_DRIVE)
         self._wait_for_service(client)
         request = SetDrive.Request(
             carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
         )
         call = Call(client, request, calls.AGAIN_S)
         self.wait_until(
-            lambda: call.answer() is not None, SERVICE_TIMEOUT_S, f"answer of {_SET_DRIVE}"
+            lambda: call.answer() is not None, SERVICE_TIMEOUT_S, f"answer of {SET_DRIVE.name}"
         )
         if not call.answer().success:
             raise TrialError(f"the drive refused {carriage_speed} m/s: {call.answer().message}")

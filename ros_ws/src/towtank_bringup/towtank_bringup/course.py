@@ -8,6 +8,7 @@ from typing import Protocol
 
 import psutil
 from towtank_interfaces.msg import TrialEvent
+from towtank_node.names import BODIES, CARRIAGE_JOINT, CRANK_JOINT, pressure_node
 
 from towtank_bringup.conductor import Conductor, CrankStopped, TrialError
 from towtank_bringup.course_plan import STEADY_TIME_S, STEADY_TOLERANCE, Course, PlanError
@@ -86,9 +87,9 @@ def _lead(conductor: Conductor, course: Course, drive: Drive, process_tree: psut
     conductor.mark(TrialEvent.STARTED, duration_s=course.duration)
 
     conductor.say("zeroing the pressure sensors at rest")
-    for place in ("fish", "depressor"):
-        words = conductor.zero(f"/measured/{place}/pressure_sensor")
-        conductor.mark(TrialEvent.ZEROED, sensor=f"{place}_pressure", message=words)
+    for body in BODIES:
+        words = conductor.zero(pressure_node(body))
+        conductor.mark(TrialEvent.ZEROED, sensor=f"{body}_pressure", message=words)
 
     conductor.say(
         f"carriage to {course.carriage_speed:g} m/s, crank to {course.crank_rate:.4g} rad/s"
@@ -98,7 +99,7 @@ def _lead(conductor: Conductor, course: Course, drive: Drive, process_tree: psut
         TrialEvent.DRIVE, carriage_speed=course.carriage_speed, crank_rate=course.crank_rate
     )
     way = conductor.wait_for_steady_drive(
-        {"carriage": course.carriage_speed, "crank": course.crank_rate},
+        {CARRIAGE_JOINT: course.carriage_speed, CRANK_JOINT: course.crank_rate},
         STEADY_TOLERANCE,
         STEADY_TIME_S,
         drive.start_timeout_s,

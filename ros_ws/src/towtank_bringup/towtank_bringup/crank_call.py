@@ -16,12 +16,12 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.calls import Call
-from towtank_node.qos import RELIABLE_QOS
+from towtank_node.endpoints import client, subscription
+from towtank_node.services import SET_CRANK_SPEED
+from towtank_node.topics import CRANK_DRIVE
 
 from towtank_bringup.environment import NO_LOG_FILES
 
-SERVICE = "/measured/crank_drive/set_speed"
-STATE = "/measured/crank_drive/state"
 _SAME_RATE = 0.01  # rad/s; the board's steps are of a tenth of that
 _WAIT_S = 5.0
 _BESIDES_S = 1.0
@@ -100,7 +100,7 @@ class _Drive:
             enable_rosout=False,
             start_parameter_services=False,
         )
-        self._client = self._node.create_client(SetCrankSpeed, SERVICE)
+        self._client = client(self._node, SET_CRANK_SPEED)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._call: Call | None = None
@@ -123,16 +123,16 @@ class _Drive:
         """Why it has not done what was asked for; empty if it has."""
         if self._call is None:
             return (
-                f"no {SERVICE} in ROS domain {self._domain} within {_WAIT_S:g} s: start a trial on "
-                "the board first"
+                f"no {SET_CRANK_SPEED.name} in ROS domain {self._domain} within {_WAIT_S:g} s: "
+                "start a trial on the board first"
             )
         if (answer := self._call.answer()) is not None:
             return "" if answer.success else str(answer.message)
         if self._runs:
             return ""
         return (
-            f"{SERVICE} does not answer in ROS domain {self._domain}: look at the crank, and see "
-            "the board's node"
+            f"{SET_CRANK_SPEED.name} does not answer in ROS domain {self._domain}: look at the "
+            "crank, and see the board's node"
         )
 
     def _watch(self, rate: float) -> None:
@@ -144,7 +144,7 @@ class _Drive:
                 state.target_rate, rate, abs_tol=_SAME_RATE
             )
 
-        self._node.create_subscription(CrankDrive, STATE, on_state, RELIABLE_QOS)
+        subscription(self._node, CRANK_DRIVE, on_state)
 
     def close(self) -> None:
         self._executor.shutdown()

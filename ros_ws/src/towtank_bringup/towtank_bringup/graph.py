@@ -11,6 +11,21 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from towtank_node.names import (
+    BENCH_NODE,
+    BOARD_NODE,
+    BODIES,
+    COMPARISON_NODE,
+    CONDUCTOR_NODE,
+    CRANK_DRIVE_NODE,
+    ENCODER_NODE,
+    INCLINOMETER_NODE,
+    PLANT_NODE,
+    RECORDER_NODE,
+    TWIN_NODE,
+    pressure_node,
+    split_name,
+)
 from towtank_sim.resolution import SEGMENTS, STEP
 
 VIRTUAL_BOARD = "vboard/towtank-vboard"
@@ -83,9 +98,6 @@ class Program:
         return self.name
 
 
-CONDUCTOR = "/conductor"
-"""Full name of the node that leads the graph, and is none of it."""
-
 _TOLD = ("clock_offset_ns", "senders")
 
 Item = RosNode | NodeGroup | Program
@@ -154,38 +166,34 @@ def measurement(settings: TrialSettings) -> Graph:
     rig = {"rig": str(settings.rig)}
     return (
         RosNode(
-            "towtank_bag", "recorder", "/", "recorder", {**rig, "uri": str(settings.bag)}, True
+            "towtank_bag",
+            "recorder",
+            *split_name(RECORDER_NODE),
+            {**rig, "uri": str(settings.bag)},
+            True,
         ),
         NodeGroup(
             "towtank_daq",
             "sensors",
-            (
-                "/measured/fish/pressure_sensor",
-                "/measured/depressor/pressure_sensor",
-                "/measured/fish/inclinometer",
-                "/measured/encoder",
-            ),
+            (*map(pressure_node, BODIES), INCLINOMETER_NODE, ENCODER_NODE),
             rig,
         ),
         RosNode(
             "towtank_sim",
             "twin",
-            "/twin",
-            "simulator",
+            *split_name(TWIN_NODE),
             {**rig, "segments": settings.segments, "step_s": settings.step_s},
         ),
         RosNode(
             "towtank_compare",
             "comparison",
-            "/",
-            "comparison",
+            *split_name(COMPARISON_NODE),
             {**rig, "window_s": settings.window_s},
         ),
         RosNode(
             "towtank_daq",
             "adc_board",
-            "/measured",
-            "adc_board",
+            *split_name(BOARD_NODE),
             {
                 **rig,
                 "port": str(settings.port),
@@ -195,7 +203,7 @@ def measurement(settings: TrialSettings) -> Graph:
             },
             True,
             restarts=BOARD_RESTARTS,
-            companions=("/measured/crank_drive",),
+            companions=(CRANK_DRIVE_NODE,),
         ),
     )
 
@@ -233,8 +241,7 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
         RosNode(
             "towtank_sim",
             "plant",
-            "/plant",
-            "simulator",
+            *split_name(PLANT_NODE),
             {
                 "rig": str(tank.plant_rig),
                 "segments": settings.segments,
@@ -244,8 +251,7 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
         RosNode(
             "towtank_sim",
             "bench",
-            "/plant",
-            "bench",
+            *split_name(BENCH_NODE),
             {
                 "rig": str(tank.plant_rig),
                 "socket": str(tank.bench_socket),
@@ -260,10 +266,10 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
 def joined(graph: Graph, clock_offset_ns: int) -> Graph:
     """The graph, each node of which is told what all must know of the trial: its clock
     (towtank_node.trial_clock), and whom to listen to (towtank_node.senders)."""
-    names = [CONDUCTOR]
+    node_names = [CONDUCTOR_NODE]  # it leads the graph, and is none of it
     for item in graph:
-        names += [*item.node_names, *(item.companions if isinstance(item, RosNode) else ())]
-    told = {"clock_offset_ns": clock_offset_ns, "senders": " ".join(names)}
+        node_names += [*item.node_names, *(item.companions if isinstance(item, RosNode) else ())]
+    told = {"clock_offset_ns": clock_offset_ns, "senders": " ".join(node_names)}
     return tuple(
         item if isinstance(item, Program) else replace(item, parameters={**item.parameters, **told})
         for item in graph

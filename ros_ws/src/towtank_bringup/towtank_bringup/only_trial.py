@@ -16,9 +16,10 @@ from collections.abc import Iterator
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
+from towtank_node.names import CONDUCTOR_NODE
 
 from towtank_bringup.environment import NO_LOG_FILES
-from towtank_bringup.graph import CONDUCTOR, Graph
+from towtank_bringup.graph import Graph
 
 DISCOVERY_S = 1.0
 """How long nodes of the machine and the network may take to show themselves."""
@@ -41,7 +42,7 @@ def only_trial(graph: Graph, look_s: float = DISCOVERY_S) -> Iterator[None]:
             lock.bind(f"\0towtank-trial-in-domain-{domain}")
         except OSError as error:
             raise DomainTaken(_refusal(domain, "")) from error
-        names = {CONDUCTOR, *(name for item in graph for name in item.node_names)}
+        names = {CONDUCTOR_NODE, *(name for item in graph for name in item.node_names)}
         if found := _nodes_there(names, look_s):
             raise DomainTaken(_refusal(domain, f" ({found} is there)"))
         yield

@@ -7,6 +7,7 @@ import numpy as np
 from towtank_compare.heave import HeaveSamples
 from towtank_compare.places import pressure_port
 from towtank_compare.series import Series
+from towtank_node.names import PLANT, TWIN
 from towtank_rig import Rig
 from towtank_sim.offline import PlantHistory, TowHistory
 
@@ -14,12 +15,12 @@ from towtank_sim.offline import PlantHistory, TowHistory
 def plant_samples(rig: Rig, history: PlantHistory, begin_ns: int = 0) -> HeaveSamples:
     """The plant's own heave and crank. begin_ns: instant of the history's time 0."""
     crank = Series.of(_stamps_ns(history, begin_ns), history.crank_angle)
-    return _samples("plant", rig, crank, history, begin_ns)
+    return _samples(PLANT, rig, crank, history, begin_ns)
 
 
 def twin_samples(rig: Rig, crank: Series, history: TowHistory, begin_ns: int = 0) -> HeaveSamples:
     """The heave of a twin that followed a measured crank (rad). begin_ns: as for the plant."""
-    return _samples("twin", rig, crank, history, begin_ns)
+    return _samples(TWIN, rig, crank, history, begin_ns)
 
 
 def _samples(

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from towtank_compare import topics
 from towtank_compare.compare import Comparison, open_comparison
 from towtank_compare.harmonic import AnalysisError
 from towtank_compare.heave import analyse_window
-from towtank_compare.report import CABLE_STATE
 from towtank_compare.samples import joint_series
+from towtank_node.names import CARRIAGE_JOINT, CRANK_JOINT
+from towtank_node.topics import MEASURED_JOINTS, TWIN_CABLES
 from towtank_sim.model import ModelError
 from towtank_sim.offline import simulate_twin
 
@@ -32,9 +32,9 @@ def twin_discretisation(bag: str | Path, window: tuple[float, float]) -> dict[st
     no twin or the motion that it has gives no ratio.
     """
     opened = open_comparison(bag)
-    if CABLE_STATE not in opened.bag.topics:
+    if TWIN_CABLES.name not in opened.bag.topics:
         return None
-    counts = opened.bag.series(CABLE_STATE, ["segment_counts"])["segment_counts"]
+    counts = opened.bag.series(TWIN_CABLES.name, ["segment_counts"])["segment_counts"]
     if not len(counts):
         return None
     try:
@@ -61,8 +61,8 @@ def discretisation(
 
 def _heave_ratio(opened: Comparison, segments: int, window: tuple[float, float]) -> float:
     crank, carriage = (
-        joint_series(opened.bag, topics.CRANK, joint)
-        for joint in (topics.CRANK_JOINT, topics.CARRIAGE_JOINT)
+        joint_series(opened.bag, MEASURED_JOINTS.name, joint)
+        for joint in (CRANK_JOINT, CARRIAGE_JOINT)
     )
     if not len(crank.stamp_ns) or len(crank.stamp_ns) != len(carriage.stamp_ns):
         raise AnalysisError("the motion of crank and carriage is not in the bag")

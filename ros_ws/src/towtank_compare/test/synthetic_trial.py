@@ -14,7 +14,6 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from towtank_bag.recorder import bag_attachments, bag_metadata
-from towtank_bag.topics import TRIAL_TOPICS, parse_topics
 from towtank_bag.writer import BagWriter, RawMessage
 from towtank_interfaces.msg import (
     AdcScan,
@@ -25,6 +24,7 @@ from towtank_interfaces.msg import (
     SensorHealth,
     TrialEvent,
 )
+from towtank_node import names, topics
 from towtank_rig import load_rig
 
 RIG_FILE = Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
@@ -116,7 +116,7 @@ def trial_samples(
         counted_s = t - reset_s if t >= reset_s else t
         zero_s = zeroed_s if t >= zeroed_s else math.nan if t >= reset_s else 0.0
         add(
-            "/measured/adc_scan",
+            topics.SCANS.name,
             stamp,
             AdcScan(
                 header=head(stamp, "board"),
@@ -128,26 +128,28 @@ def trial_samples(
             ),
         )
         add(
-            "/measured/joint_states",
+            topics.MEASURED_JOINTS.name,
             stamp,
             JointState(
                 header=head(stamp, ""),
-                name=["crank", "carriage"],
+                name=[names.CRANK_JOINT, names.CARRIAGE_JOINT],
                 position=[2 * math.pi * CRANK_HZ * (t - zero_s), t - zero_s],
                 velocity=[2 * math.pi * CRANK_HZ, 1.0],
             ),
         )
         add(
-            "/plant/joint_states",
+            topics.PLANT_JOINTS.name,
             stamp,
             JointState(
-                header=head(stamp, ""), name=["carriage", "crank"], position=[carriage, angle]
+                header=head(stamp, ""),
+                name=[names.CARRIAGE_JOINT, names.CRANK_JOINT],
+                position=[carriage, angle],
             ),
         )
         for body, delay_ns in (("fish", 546_000), ("depressor", 1_638_000)):
             z = heave(MEASURED, body, t + delay_ns * 1e-9) + noise_m * rng.standard_normal()
             add(
-                f"/measured/{body}/depth",
+                topics.DEPTHS[body].name,
                 stamp + delay_ns,
                 Depth(
                     header=head(stamp + delay_ns, body),
@@ -159,19 +161,23 @@ def trial_samples(
                 ),
             )
             for source in ("twin", "plant"):
-                add(f"/{source}/{body}/odometry", stamp, odometry(stamp, body, t))
+                add(topics.ODOMETRY.within(source, body).name, stamp, odometry(stamp, body, t))
         add(
-            "/measured/fish/inclination",
+            topics.INCLINATION.name,
             stamp,
             Inclination(header=head(stamp, "fish"), pitch=pitch(t), valid=True),
         )
         if i % 5 == 0:
-            add("/twin/cable_state", stamp, cable_state(stamp, t))
+            add(topics.TWIN_CABLES.name, stamp, cable_state(stamp, t))
         if i % 100 == 0:
             status = DiagnosticStatus(
-                name="/twin/simulator", values=[KeyValue(key="overruns", value=str(i // 1000))]
+                name=names.TWIN_NODE, values=[KeyValue(key="overruns", value=str(i // 1000))]
             )
-            add("/diagnostics", stamp, DiagnosticArray(header=head(stamp, ""), status=[status]))
+            add(
+                topics.DIAGNOSTICS.name,
+                stamp,
+                DiagnosticArray(header=head(stamp, ""), status=[status]),
+            )
     for name, t, detail in (
         ("log_start", LOG[0], {}),
         ("log_stop", LOG[1], {}),
@@ -179,7 +185,7 @@ def trial_samples(
     ):
         stamp = START_NS + int(t * 1e9)
         event = TrialEvent(header=head(stamp, ""), event=name, detail=json.dumps(detail))
-        add("/trial/events", stamp, event)
+        add(topics.EVENTS.name, stamp, event)
     return sorted(samples, key=lambda sample: sample.stamp_ns)
 
 
@@ -192,9 +198,8 @@ def fish_health(t: float) -> int:
 def write_trial(directory: Path, samples: list[Sample], ratios: list[HeaveRatio] = ()) -> Path:
     """A bag of these samples, each received LATENCY_NS after its instant."""
     rig = load_rig(RIG_FILE)
-    topics = parse_topics(TRIAL_TOPICS)
-    index = {topic.name: i for i, topic in enumerate(topics)}
-    with BagWriter(directory, topics, bag_attachments(rig), bag_metadata(rig)) as writer:
+    index = {topic.name: i for i, topic in enumerate(topics.TRIAL)}
+    with BagWriter(directory, topics.TRIAL, bag_attachments(rig), bag_metadata(rig)) as writer:
         writer.write(
             [
                 RawMessage(
@@ -208,6 +213,6 @@ def write_trial(directory: Path, samples: list[Sample], ratios: list[HeaveRatio]
         )
         for ratio in ratios:
             end_ns = ratio.header.stamp.sec * 10**9 + ratio.header.stamp.nanosec
-            topic = index[f"/{ratio.source}/heave_ratio"]
+            topic = index[topics.HEAVE_RATIO.within(ratio.source).name]
             writer.write([RawMessage(topic, end_ns, end_ns, serialize_message(ratio))])
     return directory

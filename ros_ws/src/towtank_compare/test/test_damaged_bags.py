@@ -24,6 +24,7 @@ from towtank_compare.report import write_report
 from towtank_compare.trial_log import events, logged_window, overruns, restarts
 from towtank_compare.trial_result import trial_result
 from towtank_interfaces.msg import TrialEvent
+from towtank_node import topics
 
 REFERENCE = Path(__file__).resolve().parents[4] / "bags" / "reference"
 START_MS = START_NS // 1_000_000
@@ -67,7 +68,7 @@ def test_the_reference_bag_gives_what_its_motion_is():
 
 def test_scans_of_a_damaged_chunk_are_lost_and_told(bag, tmp_path):
     whole = trial_result(REFERENCE)
-    (scans,) = (c.id for c in scan_file(bag).channels.values() if c.topic == "/measured/adc_scan")
+    (scans,) = (c.id for c in scan_file(bag).channels.values() if c.topic == topics.SCANS.name)
     gone = len(chunk_at(bag, 10.0).offsets[scans])
     assert gone > 1
     spoil_chunk(bag, 10.0)
@@ -203,7 +204,7 @@ def with_messages(bag, *extra) -> None:
 
 def note(name: str, detail: str) -> tuple[str, TrialEvent]:
     header = Header(stamp=Time(sec=START_NS // 10**9 + 12))
-    return "/trial/events", TrialEvent(header=header, event=name, detail=detail)
+    return topics.EVENTS.name, TrialEvent(header=header, event=name, detail=detail)
 
 
 def test_notes_that_people_keep_in_a_bag_are_kept(bag):
@@ -239,7 +240,10 @@ def test_diagnostics_of_others_may_say_what_they_like(bag):
     values = [KeyValue(key="overruns", value=text) for text in texts]
     with_messages(
         bag,
-        ("/diagnostics", DiagnosticArray(status=[DiagnosticStatus(name="camera", values=values)])),
+        (
+            topics.DIAGNOSTICS.name,
+            DiagnosticArray(status=[DiagnosticStatus(name="camera", values=values)]),
+        ),
     )
     assert overruns(open_bag(bag.parent)) == overruns(open_bag(REFERENCE))
 

@@ -12,7 +12,8 @@ from towtank_compare.compare import compare_bag
 from towtank_compare.live import SETTLING_MS, LiveHeave
 from towtank_compare.trial_result import trial_result
 from towtank_interfaces.msg import HeaveRatio
-from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_node import topics
+from towtank_node.endpoints import publisher, subscription
 from towtank_rig import load_rig
 
 START_MS = START_NS // 1_000_000
@@ -22,11 +23,11 @@ SAMPLES = trial_samples()
 def feed(live: LiveHeave, sample) -> None:
     message, stamp = sample.message, sample.stamp_ns
     _, source, body = [*sample.topic.split("/"), ""][:3]
-    if sample.topic == "/measured/joint_states":
+    if sample.topic == topics.MEASURED_JOINTS.name:
         live.add_crank(stamp, message.position[0])
-    elif sample.topic.endswith("/depth"):
+    elif sample.topic.endswith(topics.DEPTH.name):
         live.add_depth(body, stamp, message.depth, message.valid, message.zero_depth)
-    elif sample.topic.endswith("/odometry") and source == "twin":
+    elif sample.topic.endswith(topics.ODOMETRY.name) and source == "twin":
         pose = message.pose.pose
         turn = pose.orientation
         live.add_pose(body, stamp, pose.position.z, (turn.x, turn.y, turn.z, turn.w))
@@ -92,7 +93,7 @@ def test_the_window_waits_for_the_slowest_topic():
 def test_a_topic_that_stopped_is_named_and_does_not_hold_up_the_rest():
     live = LiveHeave(load_rig(RIG_FILE), window_s=5.0)
     for sample in SAMPLES:
-        if sample.topic != "/twin/fish/odometry" or sample.stamp_ns < START_NS + 3_000_000_000:
+        if sample.topic != topics.TWIN_FISH.name or sample.stamp_ns < START_NS + 3_000_000_000:
             feed(live, sample)
     measured, twin = live.evaluate()
     assert measured.result is not None
@@ -156,17 +157,18 @@ def run_trial_through(node, compared) -> list[HeaveRatio]:
     inputs = [
         sample
         for sample in SAMPLES
-        if sample.topic.endswith(("/depth", "/odometry"))
-        or sample.topic == "/measured/joint_states"
+        if sample.topic.endswith((topics.DEPTH.name, topics.ODOMETRY.name))
+        or sample.topic == topics.MEASURED_JOINTS.name
     ]
-    types = {s.topic: type(s.message) for s in inputs if not s.topic.startswith("/plant")}
+    known = {topic.name: topic for topic in topics.TRIAL}
     publishers = {
-        topic: node.create_publisher(message_type, topic, SENSOR_QOS)
-        for topic, message_type in types.items()
+        name: publisher(node, known[name])
+        for name in {sample.topic for sample in inputs}
+        if not name.startswith("/plant")
     }
     ratios: list[HeaveRatio] = []
-    for source in ("measured", "twin"):
-        node.create_subscription(HeaveRatio, f"/{source}/heave_ratio", ratios.append, RELIABLE_QOS)
+    for topic in (topics.MEASURED_RATIO, topics.TWIN_RATIO):
+        subscription(node, topic, ratios.append)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     executor.add_node(compared)
@@ -180,7 +182,7 @@ def run_trial_through(node, compared) -> list[HeaveRatio]:
     spin_until(
         lambda: (
             all(p.get_subscription_count() == 1 for p in publishers.values())
-            and node.count_publishers("/twin/heave_ratio") == 1
+            and node.count_publishers(topics.TWIN_RATIO.name) == 1
         )
     )
     batch_end = START_NS + BATCH_NS

@@ -12,6 +12,7 @@ from towtank_compare.charts import amplitude_spectrum, heave_chart
 from towtank_compare.report import write_report
 from towtank_compare.series import Series
 from towtank_compare.trial_result import trial_result
+from towtank_node import topics
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +99,7 @@ def test_a_trial_without_twin_plant_and_pitch_is_reported_too(page, tmp_path):
     kept = [
         s
         for s in trial_samples()
-        if not s.topic.startswith(("/twin", "/plant", "/measured/fish/inclination"))
+        if not s.topic.startswith(("/twin", "/plant", topics.INCLINATION.name))
     ]
     bag = write_trial(tmp_path / "bag", kept)
     path = tmp_path / "report.html"

@@ -30,6 +30,7 @@ from towtank_compare.compare import CompareError, compare_bag
 from towtank_compare.samples import bag_samples, zero_depth
 from towtank_compare.trial_result import trial_result
 from towtank_interfaces.msg import AdcScan, HeaveRatio, TrialEvent
+from towtank_node import names, topics
 from towtank_rig import load_rig
 
 
@@ -55,7 +56,7 @@ def test_the_keys_are_those_that_readers_rely_on(result):
     }
     assert result["encoder"]["reference_lost_s"] == []
     assert {"median", "p999"} <= set(result["latency_ms"])
-    assert result["overruns"] == {"/twin/simulator": 1}
+    assert result["overruns"] == {names.TWIN_NODE: 1}
     assert result["cpu_cores"] == 0.9
     assert result["live"] is None
     json.dumps(result, allow_nan=False)
@@ -96,7 +97,7 @@ def test_samples_know_where_the_sensors_were_zeroed(trial_bag):
     """What acts on the way from there needs it; without it, it counts from the surface."""
     bag = open_bag(trial_bag)
     assert bag_samples(bag, load_rig(RIG_FILE), "measured").zero_depths == (0.3, 0.2)
-    assert zero_depth(bag, "/measured/joint_states") == 0.0
+    assert zero_depth(bag, topics.MEASURED_JOINTS.name) == 0.0
 
 
 def test_lost_and_bad_scans_are_counted(result):
@@ -109,7 +110,7 @@ def trial_without(tmp_path, begin_s: float, end_s: float):
     samples = [
         sample
         for sample in trial_samples()
-        if sample.topic != "/measured/adc_scan"
+        if sample.topic != topics.SCANS.name
         or not begin_s <= (sample.stamp_ns - START_NS) * 1e-9 < end_s
     ]
     return write_trial(tmp_path / "bag", samples)
@@ -145,7 +146,7 @@ def test_scans_lost_while_the_boards_node_was_down_are_counted(tmp_path, board_w
     the board was reset."""
     samples = []
     for sample in trial_samples():
-        if sample.topic == "/measured/adc_scan":
+        if sample.topic == topics.SCANS.name:
             scan = sample.message
             if 500 <= scan.sequence < 1205:
                 continue
@@ -158,10 +159,10 @@ def test_scans_lost_while_the_boards_node_was_down_are_counted(tmp_path, board_w
         samples.append(sample)
     stamp = START_NS + int(12.0e9)
     event = TrialEvent(header=head(stamp, ""), event="restarted", detail='{"node": "/a"}')
-    samples.append(Sample("/trial/events", stamp, event))
-    stranger = {"node": "/gamepad", "topic": "/diagnostics"}
+    samples.append(Sample(topics.EVENTS.name, stamp, event))
+    stranger = {"node": "/gamepad", "topic": topics.DIAGNOSTICS.name}
     event = TrialEvent(header=head(stamp, ""), event="stranger", detail=json.dumps(stranger))
-    samples.append(Sample("/trial/events", stamp, event))
+    samples.append(Sample(topics.EVENTS.name, stamp, event))
     bag = write_trial(tmp_path / "bag", sorted(samples, key=lambda sample: sample.stamp_ns))
     lost = 705 if board_was_reset else 709
     result = trial_result(bag)
@@ -256,7 +257,7 @@ def test_the_whole_log_is_compared_by_default(trial_bag, result):
 
 
 def test_a_bag_without_a_log_asks_for_a_window(tmp_path):
-    samples = [s for s in trial_samples() if s.topic != "/trial/events"]
+    samples = [s for s in trial_samples() if s.topic != topics.EVENTS.name]
     bag = write_trial(tmp_path / "bag", samples)
     with pytest.raises(BagError, match=r"no log_start .* give a window"):
         compare_bag(bag)
@@ -307,7 +308,7 @@ def test_nothing_is_made_of_a_crank_whose_angle_was_lost(tmp_path):
 
 
 def test_a_bag_from_before_the_epochs_is_read(tmp_path, monkeypatch):
-    definition = message_definition("towtank_interfaces/msg/AdcScan")
+    definition = message_definition(topics.SCANS.type_name)
     older = replace(definition, text=definition.text.replace("uint32 count_epoch\n", ""))
     assert older != definition
     monkeypatch.setattr(
@@ -321,7 +322,7 @@ def test_a_bag_from_before_the_epochs_is_read(tmp_path, monkeypatch):
         lambda m: serialize_message(m)[: -4 if isinstance(m, AdcScan) else None],
     )
     bag = write_trial(tmp_path / "bag", trial_samples())
-    assert not open_bag(bag).has_field("/measured/adc_scan", "count_epoch")
+    assert not open_bag(bag).has_field(topics.SCANS.name, "count_epoch")
     encoder = trial_result(bag)["encoder"]
     assert encoder["reference_lost_s"] == []
     assert encoder["crank_counted"] == math.floor(4096 * CRANK_HZ * 19.99)

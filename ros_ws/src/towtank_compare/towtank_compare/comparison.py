@@ -7,6 +7,7 @@ import math
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 # Before NumPy loads: on matrices this small OpenBLAS's threads do nothing but wait busily for each
@@ -19,17 +20,26 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from towtank_interfaces.msg import Depth, HeaveRatio
+from towtank_node import topics
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.endpoints import publisher
 from towtank_node.main import run_node
+from towtank_node.names import (
+    BODIES,
+    COMPARISON_NODE,
+    CRANK_JOINT,
+    MEASURED,
+    TANK_FRAME,
+    TWIN,
+    split_name,
+)
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.polling import PolledSubscription
-from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
 from towtank_node.senders import Senders
 from towtank_node.stamps import stamp_ns
 from towtank_node.timers import create_steady_timer
 from towtank_rig import RigError, load_rig
 
-from towtank_compare import topics
 from towtank_compare.heave import NS_PER_MS
 from towtank_compare.live import Evaluation, LiveHeave
 from towtank_compare.places import pressure_port
@@ -56,33 +66,25 @@ class Comparison(Node):
     """Shell around LiveHeave."""
 
     def __init__(self) -> None:
-        super().__init__("comparison")
+        super().__init__(split_name(COMPARISON_NODE)[1])
         parameters = read_parameters(self, PARAMETERS)
         rig = load_rig(parameters.rig)
         self._place = pressure_port(rig)
         self._live = LiveHeave(rig, parameters.window_s)
         self._ratio_publishers = {
-            source: self.create_publisher(HeaveRatio, topics.heave_ratio(source), RELIABLE_QOS)
-            for source in ("measured", "twin")
+            source: publisher(self, topics.HEAVE_RATIO.within(source))
+            for source in (MEASURED, TWIN)
         }
         self._senders = Senders(self)
         self._inputs: list[tuple[PolledSubscription, Callable[[Any], None]]] = [
-            (self._subscribe(JointState, topics.CRANK), self._take_crank),
-            (
-                self._subscribe(Depth, topics.MEASURED_FISH),
-                lambda message: self._take_depth("fish", message),
-            ),
-            (
-                self._subscribe(Depth, topics.MEASURED_DEPRESSOR),
-                lambda message: self._take_depth("depressor", message),
-            ),
-            (
-                self._subscribe(Odometry, topics.fish_odometry("twin")),
-                lambda message: self._take_pose("fish", message),
-            ),
-            (
-                self._subscribe(Odometry, topics.depressor_odometry("twin")),
-                lambda message: self._take_pose("depressor", message),
+            (self._subscribe(topics.MEASURED_JOINTS), self._take_crank),
+            *(
+                (self._subscribe(topic.within(source, body)), partial(take, body))
+                for source, topic, take in (
+                    (MEASURED, topics.DEPTH, self._take_depth),
+                    (TWIN, topics.ODOMETRY, self._take_pose),
+                )
+                for body in BODIES
             ),
         ]
         self._polls = 0
@@ -90,8 +92,8 @@ class Comparison(Node):
         create_steady_timer(self, POLL_PERIOD_S, self._poll)
         self._diagnostics.ready("comparing")
 
-    def _subscribe(self, message_type: Any, topic: str) -> PolledSubscription:
-        return PolledSubscription(self, message_type, topic, SENSOR_QOS, self._senders)
+    def _subscribe(self, topic: topics.Topic) -> PolledSubscription:
+        return PolledSubscription(self, topic, self._senders)
 
     def _poll(self) -> None:
         with self._diagnostics.cycle():
@@ -104,8 +106,8 @@ class Comparison(Node):
                     self._ratio_publishers[evaluation.source].publish(self._message(evaluation))
 
     def _take_crank(self, message: JointState) -> None:
-        if topics.CRANK_JOINT in message.name:
-            angle = message.position[message.name.index(topics.CRANK_JOINT)]
+        if CRANK_JOINT in message.name:
+            angle = message.position[message.name.index(CRANK_JOINT)]
             self._live.add_crank(stamp_ns(message.header.stamp), angle)
 
     def _take_depth(self, body: str, message: Depth) -> None:
@@ -143,7 +145,7 @@ class Comparison(Node):
             fish_position=Point(**dict(zip("xyz", self._place.position, strict=True))),
         )
         message.header.stamp = message.window_end
-        message.header.frame_id = "tank"
+        message.header.frame_id = TANK_FRAME
         result = evaluation.result
         if result is not None:
             message.value = result.ratio

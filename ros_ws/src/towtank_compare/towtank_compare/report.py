@@ -12,10 +12,12 @@ import numpy as np
 from plotly.graph_objects import Figure
 from plotly.offline import get_plotlyjs
 from towtank_bag.reader import Bag
+from towtank_node import topics
+from towtank_node.names import CARRIAGE_JOINT, CRANK_JOINT, FISH
 from towtank_node.stamps import stamp_ns
 from towtank_rig import Rig
 
-from towtank_compare import charts, topics
+from towtank_compare import charts
 from towtank_compare.compare import Analyses, Comparison, open_comparison
 from towtank_compare.heave import NS_PER_MS
 from towtank_compare.kinematics import bow_up_pitch
@@ -24,7 +26,6 @@ from towtank_compare.samples import SIMULATED, bag_samples, has_source, joint_se
 from towtank_compare.series import Series
 from towtank_compare.trial_result import assumption_rows, calibration_rows
 
-CABLE_STATE = "/twin/cable_state"
 SHAPES = 4
 """Instants of the side view, spread over one crank period."""
 
@@ -86,8 +87,8 @@ def _figures(bag: Bag, rig: Rig, analyses: Analyses, t0_ms: int, t1_ms: int) -> 
             heaves["fish"][source] = samples.fish.between(t0_ns, t1_ns)
     crank_hz = next((r.crank_frequency_hz for r in analyses.results.values() if r), None)
     drive = [
-        joint_series(bag, topics.CRANK, joint, "velocity").between(t0_ns, t1_ns)
-        for joint in (topics.CRANK_JOINT, topics.CARRIAGE_JOINT)
+        joint_series(bag, topics.MEASURED_JOINTS.name, joint, "velocity").between(t0_ns, t1_ns)
+        for joint in (CRANK_JOINT, CARRIAGE_JOINT)
     ]
     figures = {
         "heave": charts.heave_chart(heaves, t0_ns),
@@ -104,11 +105,11 @@ def _figures(bag: Bag, rig: Rig, analyses: Analyses, t0_ms: int, t1_ms: int) -> 
 def _pitches(bag: Bag, t0_ns: int, t1_ns: int) -> dict[str, Series]:
     """Bow-up pitch by source, rad."""
     pitches = {}
-    measured = bag.series(topics.INCLINATION, ["pitch", "valid"])
+    measured = bag.series(topics.INCLINATION.name, ["pitch", "valid"])
     valid = measured["valid"].astype(bool)
     pitches["measured"] = Series.of(measured["stamp_ns"][valid], -measured["pitch"][valid])
     for source in SIMULATED:
-        poses = bag.series(topics.fish_odometry(source), _TURN)
+        poses = bag.series(topics.ODOMETRY.within(source, FISH).name, _TURN)
         quaternion = np.column_stack([poses[name] for name in _TURN])
         pitches[source] = Series.of(poses["stamp_ns"], bow_up_pitch(quaternion))
     return {source: pitch.between(t0_ns, t1_ns) for source, pitch in pitches.items()}
@@ -120,13 +121,13 @@ def tow_shapes(
     """Side views of the twin's tow at SHAPES instants of one crank period (or of one second)."""
     states = {
         message_ns: message
-        for _, message in bag.messages(CABLE_STATE)
+        for _, message in bag.messages(topics.TWIN_CABLES.name)
         if t0_ns <= (message_ns := stamp_ns(message.header.stamp)) <= t1_ns
     }
     if not states:
         return []
     stamps = np.array(sorted(states))
-    poses = bag.series(topics.fish_odometry("twin"), [*_POSITION, *_TURN])
+    poses = bag.series(topics.TWIN_FISH.name, [*_POSITION, *_TURN])
     period_ns = 1e9 / crank_hz if crank_hz else 1e9
     shapes = []
     for step in range(SHAPES):

@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import numpy as np
 from towtank_bag.reader import Bag
+from towtank_node.names import CRANK_JOINT, DEPRESSOR, FISH, MEASURED, PLANT, TWIN
+from towtank_node.topics import DEPTH, DEPTHS, MEASURED_JOINTS, ODOMETRY
 from towtank_rig import Rig
 
-from towtank_compare import topics
 from towtank_compare.heave import HeaveSamples
 from towtank_compare.kinematics import place_height
 from towtank_compare.places import Place, pressure_port
 from towtank_compare.series import Series
 
-SIMULATED = ("twin", "plant")
+SIMULATED = (TWIN, PLANT)
 
 
 def measured_heave(stamp_ns: np.ndarray, depth: np.ndarray, valid: np.ndarray) -> Series:
@@ -61,25 +62,20 @@ def bag_samples(bag: Bag, rig: Rig, source: str, fish_place: Place | None = None
 
     fish_place: place on the fish, for a simulated source; its pressure port if None.
     """
-    crank = joint_series(bag, topics.CRANK, topics.CRANK_JOINT)
-    if source == "measured":
+    crank = joint_series(bag, MEASURED_JOINTS.name, CRANK_JOINT)
+    if source == MEASURED:
         fish, depressor = (
             measured_heave(depths["stamp_ns"], depths["depth"], depths["valid"])
-            for depths in (
-                bag.series(topic, ["depth", "valid"])
-                for topic in (topics.MEASURED_FISH, topics.MEASURED_DEPRESSOR)
-            )
+            for depths in (bag.series(topic.name, ["depth", "valid"]) for topic in DEPTHS.values())
         )
-        zero_depths = tuple(
-            zero_depth(bag, t) for t in (topics.MEASURED_FISH, topics.MEASURED_DEPRESSOR)
-        )
-        return HeaveSamples("measured", crank, fish, depressor, zero_depths)
+        zero_depths = tuple(zero_depth(bag, topic.name) for topic in DEPTHS.values())
+        return HeaveSamples(MEASURED, crank, fish, depressor, zero_depths)
     place = fish_place or pressure_port(rig)
     return HeaveSamples(
         source,
         crank,
-        body_heave(bag, topics.fish_odometry(source), place.position),
-        body_heave(bag, topics.depressor_odometry(source), depressor_place(rig)),
+        body_heave(bag, ODOMETRY.within(source, FISH).name, place.position),
+        body_heave(bag, ODOMETRY.within(source, DEPRESSOR).name, depressor_place(rig)),
     )
 
 
@@ -95,5 +91,5 @@ def zero_depth(bag: Bag, topic: str) -> float:
 
 def has_source(bag: Bag, source: str) -> bool:
     """Whether a bag holds samples of a source."""
-    topic = topics.MEASURED_FISH if source == "measured" else topics.fish_odometry(source)
+    topic = (DEPTH if source == MEASURED else ODOMETRY).within(source, FISH).name
     return topic in bag.topics and bag.topics[topic].count > 0

@@ -9,22 +9,22 @@ import math
 import numpy as np
 from towtank_bag.reader import Bag
 from towtank_interfaces.msg import SensorHealth, TrialEvent
+from towtank_node import topics
+from towtank_node.names import CARRIAGE_JOINT, CRANK_JOINT
 from towtank_node.scan_account import ScanAccount
+from towtank_node.topics import PLANT_JOINTS, SCANS
 from towtank_rig import Rig
 from towtank_rig.conversion import carriage_encoder, crank_encoder
 
-from towtank_compare import topics
 from towtank_compare.heave import NS_PER_MS
 from towtank_compare.samples import joint_series
 from towtank_compare.trial_log import events
 
-SCANS = "/measured/adc_scan"
-PLANT_JOINTS = "/plant/joint_states"
 ALL_CHANNELS = 0b11_1111
 _MARKS = (TrialEvent.STARTED, TrialEvent.LOG_START, TrialEvent.LOG_STOP, TrialEvent.STOPPED)
 HEALTH = {
-    "fish_pressure": topics.MEASURED_FISH,
-    "depressor_pressure": topics.MEASURED_DEPRESSOR,
+    "fish_pressure": topics.FISH_DEPTH,
+    "depressor_pressure": topics.DEPRESSOR_DEPTH,
     "accelerometer": topics.INCLINATION,
 }
 """Topics that tell a sensor's health."""
@@ -43,7 +43,7 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
     when a channel has no valid conversion, or the board raised a flag.
     """
     fields = ["sequence", "board_ticks"]
-    scans = bag.series(SCANS, [*fields, "valid_mask", "flags"])
+    scans = bag.series(SCANS.name, [*fields, "valid_mask", "flags"])
     stamps = scans["stamp_ns"]
     inside = (stamps >= t0_ms * NS_PER_MS) & (stamps <= t1_ms * NS_PER_MS)
     account = ScanAccount()
@@ -100,10 +100,10 @@ def sensor_health(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, dict[str, int] 
     """
     found: dict[str, dict[str, int] | None] = {}
     for sensor, topic in HEALTH.items():
-        if not bag.has_field(topic, "health"):
+        if not bag.has_field(topic.name, "health"):
             found[sensor] = None
             continue
-        series = bag.series(topic, ["health.flags"])
+        series = bag.series(topic.name, ["health.flags"])
         stamps = series["stamp_ns"]
         inside = (stamps >= t0_ms * NS_PER_MS) & (stamps <= t1_ms * NS_PER_MS)
         flags = series["health.flags"][inside].astype(np.int64)
@@ -118,9 +118,9 @@ def reference_lost_s(bag: Bag) -> list[float]:
     """Instants, s since the epoch, of the first scans after resets of the board: from each on the
     positions of crank and carriage are not known until they are zeroed. Empty where the bag is too
     old to tell: its counts went on over a reset as if nothing had been missed."""
-    if not bag.has_field(SCANS, "count_epoch"):
+    if not bag.has_field(SCANS.name, "count_epoch"):
         return []
-    scans = bag.series(SCANS, ["count_epoch"])
+    scans = bag.series(SCANS.name, ["count_epoch"])
     order = np.argsort(scans["stamp_ns"], kind="stable")
     stamps, epochs = scans["stamp_ns"][order], scans["count_epoch"][order]
     return (stamps[1:][epochs[1:] != epochs[:-1]] * 1e-9).tolist()
@@ -135,20 +135,20 @@ def encoder_count(bag: Bag, rig: Rig) -> dict[str, int | None]:
     rounded-down counts. A whole trial begins and ends at rest, where the comparison is exact; in
     one that broke off, an edge near the last scan may make a difference of one.
     """
-    scans = bag.series(SCANS, ["crank_count", "carriage_count"])
+    scans = bag.series(SCANS.name, ["crank_count", "carriage_count"])
     order = np.argsort(scans["stamp_ns"], kind="stable")
     entry: dict[str, int | None] = {}
     whole = len(order) and not reference_lost_s(bag)
     for joint, encoder in (
-        (topics.CRANK_JOINT, crank_encoder(rig)),
-        (topics.CARRIAGE_JOINT, carriage_encoder(rig)),
+        (CRANK_JOINT, crank_encoder(rig)),
+        (CARRIAGE_JOINT, carriage_encoder(rig)),
     ):
         expected, counted = None, None
         if whole:
             ends = order[[0, -1]]
             start, end = scans[f"{joint}_count"][ends].tolist()
             counted = end - start
-            truth = joint_series(bag, PLANT_JOINTS, joint)
+            truth = joint_series(bag, PLANT_JOINTS.name, joint)
             if len(truth):
                 origin_ns = int(truth.stamp_ns[0])
                 true_ends = np.interp(

@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 from towtank_bag.reader import Bag, BagError, LostStretch
+from towtank_node import topics
+from towtank_node.names import MEASURED, TWIN
 from towtank_node.stamps import stamp_ns
 
-from towtank_compare import topics
 from towtank_compare.heave import NS_PER_MS
-
-EVENTS = "/trial/events"
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ def events(bag: Bag) -> list[Event]:
     """All events of the trial in their order."""
     found = [
         Event(stamp_ns(message.header.stamp), message.event, _detail(message.detail))
-        for _, message in bag.messages(EVENTS)
+        for _, message in bag.messages(topics.EVENTS.name)
     ]
     return sorted(found, key=lambda event: event.stamp_ns)
 
@@ -89,7 +88,7 @@ def _is_before(ns: int | None, end_ns: int) -> bool:
 
 def _last_logged(bag: Bag, begin_ns: int) -> tuple[int, str | None]:
     """The last crank angle before the first loss behind log_start, and what to say of that."""
-    crank = bag.series(topics.CRANK, [])
+    crank = bag.series(topics.MEASURED_JOINTS.name, [])
     stamps, log_times = crank["stamp_ns"], crank["log_time_ns"]
     begins = [_begin_of(stretch, log_times) for stretch in bag.lost]
     losses = [begin for begin in begins if begin is not None and begin >= begin_ns]
@@ -119,11 +118,11 @@ def _why_no_window(bag: Bag, mark: str) -> str:
     """The cause and the mend, where the marks do not tell what was logged."""
     if not bag.lost:
         return (
-            f"{bag.directory}: the trial ended before logging began (no {mark} on {EVENTS}); "
-            "give a window with --window"
+            f"{bag.directory}: the trial ended before logging began (no {mark} on "
+            f"{topics.EVENTS.name}); give a window with --window"
         )
-    lost = f"{bag.problem}; there is no {mark} on {EVENTS} in what is left"
-    stamps = bag.series(topics.CRANK, [])["stamp_ns"]
+    lost = f"{bag.problem}; there is no {mark} on {topics.EVENTS.name} in what is left"
+    stamps = bag.series(topics.MEASURED_JOINTS.name, [])["stamp_ns"]
     if not len(stamps):
         return f"{lost}, and no crank angle: record the trial again"
     within = f"{stamps.min() * 1e-9:.3f} to {stamps.max() * 1e-9:.3f}"
@@ -134,7 +133,7 @@ def overruns(bag: Bag) -> dict[str, int]:
     """Overruns by node, from its diagnostics; a node that was started again counts from 0 again."""
     counted: dict[str, int] = {}
     last: dict[str, int] = {}
-    for _, message in bag.messages("/diagnostics"):
+    for _, message in bag.messages(topics.DIAGNOSTICS.name):
         for status in message.status:
             for pair in status.values:
                 # Others write what they like; Python refuses numbers of very many digits
@@ -180,11 +179,11 @@ def latency_ms(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, Any]:
     Median and 99.9 % point over depths and joint states, and of each topic by itself.
     """
     by_topic = {}
-    for topic in (topics.CRANK, topics.MEASURED_FISH, topics.MEASURED_DEPRESSOR):
-        stamps = bag.series(topic, [])["stamp_ns"]
-        published = bag.raw(topic).publish_time_ns
+    for topic in (topics.MEASURED_JOINTS, *topics.DEPTHS.values()):
+        stamps = bag.series(topic.name, [])["stamp_ns"]
+        published = bag.raw(topic.name).publish_time_ns
         inside = (stamps >= t0_ms * NS_PER_MS) & (stamps <= t1_ms * NS_PER_MS)
-        by_topic[topic] = (published[inside] - stamps[inside]) * 1e-6
+        by_topic[topic.name] = (published[inside] - stamps[inside]) * 1e-6
     everything = np.concatenate(list(by_topic.values()))
     entry: dict[str, Any] = _spread(everything)
     entry["by_topic"] = {topic: _spread(values) for topic, values in by_topic.items()}
@@ -195,8 +194,8 @@ def live_result(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, Any] | None:
     """The last ratios that the comparison node published for one window within the logged part,
     measured and twin; a source without a result then is null. None where there are no results."""
     published: dict[tuple[int, int], dict[str, float]] = {}
-    for source in ("measured", "twin"):
-        for _, message in bag.messages(topics.heave_ratio(source)):
+    for source in (MEASURED, TWIN):
+        for _, message in bag.messages(topics.HEAVE_RATIO.within(source).name):
             window = tuple(
                 stamp_ns(stamp) // NS_PER_MS for stamp in (message.window_start, message.window_end)
             )

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from lifecycle_msgs.msg import State, Transition
-from patient_qos import PATIENT_QOS
+from patient_qos import patiently
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from towtank_daq.adc_board_node import AdcBoardNode
@@ -26,9 +26,11 @@ from towtank_daq.framing import FrameReader, encode_frame
 from towtank_daq.serial_port import SerialPort
 from towtank_interfaces.msg import AdcScan, CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed
+from towtank_node import names, topics
+from towtank_node.endpoints import client, subscription
 from towtank_node.leading import LifecycleClient
-from towtank_node.qos import RELIABLE_QOS
 from towtank_node.quick_stop import quick_stop
+from towtank_node.services import SET_CRANK_SPEED
 
 ROOT = Path(__file__).parents[4]
 RIG = ROOT / "hardware" / "rigs" / "nit_calicut_2012.yaml"
@@ -48,12 +50,9 @@ class Graph:
         self.listener = rclpy.create_node("listener")
         self.scans: list[AdcScan] = []
         self.statuses: list[DiagnosticStatus] = []
-        self.listener.create_subscription(AdcScan, "adc_scan", self.scans.append, PATIENT_QOS)
-        self.listener.create_subscription(
-            DiagnosticArray,
-            "/diagnostics",
-            lambda array: self.statuses.extend(array.status),
-            RELIABLE_QOS,
+        subscription(self.listener, patiently(topics.SCANS), self.scans.append)
+        subscription(
+            self.listener, topics.DIAGNOSTICS, lambda array: self.statuses.extend(array.status)
         )
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
@@ -144,7 +143,7 @@ def test_through_all_states(graph, virtual_board, tmp_path):
     now = made.listener.get_clock().now().nanoseconds
     last = made.scans[-1].header.stamp
     assert 0 < now - (last.sec * 10**9 + last.nanosec) < 10 * 10**9
-    assert made.scans[0].header.frame_id == "adc_board"
+    assert made.scans[0].header.frame_id == names.BOARD_FRAME
 
 
 @pytest.mark.real_time
@@ -182,7 +181,7 @@ def test_ready_is_said_and_health_is_told(graph, virtual_board, tmp_path):
     status = made.statuses[-1]
     values = {pair.key: pair.value for pair in status.values}
     assert status.level == DiagnosticStatus.OK
-    assert (status.name, values["state"]) == ("/adc_board", "ready")
+    assert (status.name, values["state"]) == (names.BOARD_NODE, "ready")
     assert values["board_reset_cause"] == "unknown cause (a bootloader hides it)"
     assert values["board_dropped_frames"] == "0"
     assert float(values["clock_residual_us"]) >= 0
@@ -388,9 +387,9 @@ def test_interrupt_in_the_run_leaves_an_idle_board(virtual_board, tmp_path, prot
     listener = rclpy.create_node("listener")
     try:
         scans = []
-        listener.create_subscription(AdcScan, "adc_scan", scans.append, PATIENT_QOS)
+        subscription(listener, patiently(topics.SCANS), scans.append)
         # a name of its own: nodes of other tests in this process may still be there
-        leader = LifecycleClient(listener, "/board")
+        leader = LifecycleClient(listener, f"/{names.MEASURED}/board")
         while not leader.is_ready():
             rclpy.spin_once(listener, timeout_sec=0.1)
         for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
@@ -477,13 +476,13 @@ def test_the_crank_is_driven_by_service(graph, start_board, tmp_path):
     made = graph(tmp_path / "board")
     made.executor.add_node(made.node.drive_node)
     states = []
-    made.listener.create_subscription(CrankDrive, "/crank_drive/state", states.append, RELIABLE_QOS)
-    client = made.listener.create_client(SetCrankSpeed, "/crank_drive/set_speed")
+    subscription(made.listener, topics.CRANK_DRIVE, states.append)
+    drive = client(made.listener, SET_CRANK_SPEED)
 
     def ask(action, rpm=0.0) -> SetCrankSpeed.Response:
-        made.spin_until(client.service_is_ready)
+        made.spin_until(drive.service_is_ready)
         request = SetCrankSpeed.Request(action=action, crank_rate=rpm * 2 * math.pi / 60)
-        future = client.call_async(request)
+        future = drive.call_async(request)
         made.spin_until(future.done)
         return future.result()
 

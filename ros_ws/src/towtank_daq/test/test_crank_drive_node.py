@@ -20,7 +20,7 @@ def state(name: str, trip: str) -> DriveState:
 def node(description):
     rclpy.init()
     process = rclpy.create_node("process")
-    made = CrankDriveNode("", description, TrialClock(process), lambda action: "no board")
+    made = CrankDriveNode(description, TrialClock(process), lambda action: "no board")
     yield made
     made.destroy_node()
     process.destroy_node()

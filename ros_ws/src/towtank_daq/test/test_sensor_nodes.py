@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from patient_qos import PATIENT_QOS
+from patient_qos import patiently
 from rclpy.executors import SingleThreadedExecutor
-from sensor_msgs.msg import FluidPressure, Imu, JointState
 from std_srvs.srv import Trigger
 from towtank_daq.sensors import make_sensors
-from towtank_interfaces.msg import AdcScan, CrankMotion, Depth, Inclination, SensorHealth
-from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_interfaces.msg import AdcScan, SensorHealth
+from towtank_node import names, topics
+from towtank_node.endpoints import publisher, subscription
 
 RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
 START_S = 1_000_000
@@ -25,10 +25,10 @@ DRIVE_SCANS = 37
 """So many until the carriage's acceleration is known, too."""
 
 
-FISH = "/measured/fish/pressure_sensor"
-DEPRESSOR = "/measured/depressor/pressure_sensor"
-INCLINOMETER = "/measured/fish/inclinometer"
-ENCODER = "/measured/encoder"
+FISH = names.pressure_node(names.FISH)
+DEPRESSOR = names.pressure_node(names.DEPRESSOR)
+INCLINOMETER = names.INCLINOMETER_NODE
+ENCODER = names.ENCODER_NODE
 
 
 class Bench:
@@ -45,21 +45,19 @@ class Bench:
         self.executor = SingleThreadedExecutor()
         for node in (*self.sensors, self.peer):
             self.executor.add_node(node)
-        self.publisher = self.peer.create_publisher(AdcScan, "/measured/adc_scan", SENSOR_QOS)
+        self.publisher = publisher(self.peer, topics.SCANS)
         self.sequence = -1
         self.statuses: list[DiagnosticStatus] = []
-        self.peer.create_subscription(
-            DiagnosticArray, "/diagnostics", self._on_status, RELIABLE_QOS
-        )
+        subscription(self.peer, topics.DIAGNOSTICS, self._on_status)
 
     def _on_status(self, array: DiagnosticArray) -> None:
         name = self.node.get_fully_qualified_name()
         self.statuses += [status for status in array.status if status.name == name]
 
-    def hear(self, kind, topic, qos=PATIENT_QOS) -> list:
-        self.heard[topic] = []
-        self.peer.create_subscription(kind, topic, self.heard[topic].append, qos)
-        return self.heard[topic]
+    def hear(self, topic: topics.Topic) -> list:
+        messages = self.heard[topic.name] = []
+        subscription(self.peer, patiently(topic), messages.append)
+        return messages
 
     def connected(self) -> None:
         """Spin until all have found each other."""
@@ -155,8 +153,8 @@ def ratiometric(volts: float) -> int:
 def test_pressure_node(bench):
     """16 mV at the bridge is 20 kPa; the depressor's channel is the second."""
     made = bench(DEPRESSOR, zero_scans=ZERO_SCANS)
-    pressures = made.hear(FluidPressure, "/measured/depressor/pressure")
-    depths = made.hear(Depth, "/measured/depressor/depth")
+    pressures = made.hear(topics.DEPRESSOR_PRESSURE)
+    depths = made.hear(topics.DEPRESSOR_DEPTH)
     made.connected()
     scan = made.settle([0, bridge(0.016), 0, 0, 0, 0], depths, SPEED_SCANS)
     made.spin_until(lambda: len(pressures) == SPEED_SCANS)
@@ -184,7 +182,7 @@ def test_pressure_node(bench):
 def test_zeroing_by_service(bench):
     """Refused as long as scans are few; the node is ready when it can be zeroed."""
     made = bench(FISH, zero_scans=ZERO_SCANS)
-    depths = made.hear(Depth, "/measured/fish/depth")
+    depths = made.hear(topics.FISH_DEPTH)
     made.connected()
     made.settle([bridge(0.012), 0, 0, 0, 0, 0], depths, SPEED_SCANS)
     before = depths[-1]
@@ -213,7 +211,7 @@ def test_zeroing_by_service(bench):
 @pytest.mark.timeout(60)
 def test_pressure_of_a_bad_scan(bench):
     made = bench(FISH)
-    depths = made.hear(Depth, "/measured/fish/depth")
+    depths = made.hear(topics.FISH_DEPTH)
     made.connected()
     made.settle([bridge(0.012), 0, 0, 0, 0, 0], depths, SPEED_SCANS)
     made.send([0] * 6, valid_mask=0x3E)
@@ -226,8 +224,8 @@ def test_pressure_of_a_bad_scan(bench):
 def test_inclinometer_node(bench):
     """Bow up by asin(0.5): half a g forward (0.33 V), the rest upwards."""
     made = bench(INCLINOMETER)
-    imus = made.hear(Imu, "/measured/fish/imu")
-    inclinations = made.hear(Inclination, "/measured/fish/inclination")
+    imus = made.hear(topics.FISH_IMU)
+    inclinations = made.hear(topics.INCLINATION)
     made.connected()
     volts = (1.65 + 0.33, 1.65, 1.65 + 0.66 * math.cos(math.pi / 6))
     scan = made.settle([0, 0, *map(ratiometric, volts), 0], inclinations, DRIVE_SCANS)
@@ -267,8 +265,8 @@ def test_encoder_node(bench):
     """100 counts of 4096 a scan on the crank, 200 on the wheel of 0.5 m; counts start anywhere.
     Of eleven scans in 0.1 s the first and the last state their uncertainty."""
     made = bench(ENCODER)
-    joints = made.hear(JointState, "/measured/joint_states")
-    motions = made.hear(CrankMotion, "/measured/crank_motion")
+    joints = made.hear(topics.MEASURED_JOINTS)
+    motions = made.hear(topics.CRANK_MOTION)
     made.connected()
     for k in range(SPEED_SCANS):
         scan = made.send([0] * 6, crank=2**40 + 100 * k, carriage=-7 + 200 * k)
@@ -311,7 +309,7 @@ def test_encoder_node(bench):
 def test_encoder_node_after_a_reset_of_the_board(bench):
     """Positions are not known, and a warning says so, until they are zeroed."""
     made = bench(ENCODER)
-    joints = made.hear(JointState, "/measured/joint_states")
+    joints = made.hear(topics.MEASURED_JOINTS)
     made.connected()
     made.send([0] * 6, crank=1000)
     for k in range(SPEED_SCANS):
@@ -335,7 +333,7 @@ def test_encoder_node_after_a_reset_of_the_board(bench):
 @pytest.mark.timeout(60)
 def test_missed_scans_are_reported(bench):
     made = bench(ENCODER)
-    joints = made.hear(JointState, "/measured/joint_states")
+    joints = made.hear(topics.MEASURED_JOINTS)
     made.connected()
     made.send([0] * 6)
     made.sequence += 3
@@ -349,7 +347,7 @@ def test_missed_scans_are_reported(bench):
 def test_diagnostics_tell_what_looks_wrong_and_that_it_is_over(bench):
     """A bridge at the end of its amplifier's range, then sound again."""
     made = bench(FISH, zero_scans=ZERO_SCANS)
-    depths = made.hear(Depth, "/measured/fish/depth")
+    depths = made.hear(topics.FISH_DEPTH)
     made.connected()
 
     def send(volts, count):

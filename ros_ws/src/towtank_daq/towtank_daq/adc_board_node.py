@@ -28,11 +28,13 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.endpoints import qos_profile
 from towtank_node.lifecycle import ManagedNode
 from towtank_node.main import run_nodes
+from towtank_node.names import BOARD_FRAME, BOARD_NODE, split_name
 from towtank_node.parameters import Parameter, read_parameters
-from towtank_node.qos import SENSOR_QOS
 from towtank_node.stamps import set_stamp
+from towtank_node.topics import SCANS
 from towtank_node.trial_clock import TrialClock
 from towtank_rig import RigError, load_rig
 from towtank_rig.conversion import crank_encoder
@@ -73,7 +75,8 @@ class AdcBoardNode(ManagedNode):
     """The ADC board on a serial port."""
 
     def __init__(self) -> None:
-        super().__init__("adc_board")
+        namespace, name = split_name(BOARD_NODE)
+        super().__init__(name, namespace=namespace)
         board = load_description(installed_description())
         rates = board.sampling.rate_hz
         parameters = read_parameters(
@@ -119,7 +122,7 @@ class AdcBoardNode(ManagedNode):
         self._trial_clock = TrialClock(self)
         self._between_runs = threading.RLock()  # by whom the driver is used without the thread
         self.drive_node = (
-            CrankDriveNode(self.get_namespace(), board, self._trial_clock, self._stop_between_runs)
+            CrankDriveNode(board, self._trial_clock, self._stop_between_runs)
             if parameters.drives_crank
             else None
         )
@@ -138,9 +141,11 @@ class AdcBoardNode(ManagedNode):
         self._failed = self.create_guard_condition(self._on_thread_failed)
         self._told_step_s = 0.0
         self._latencies_s: list[float] = []
-        self._scans = self.create_lifecycle_publisher(AdcScan, "adc_scan", SENSOR_QOS)
+        self._scans = self.create_lifecycle_publisher(
+            SCANS.type, SCANS.name, qos_profile(SCANS.qos)
+        )
         self._message = AdcScan()
-        self._message.header.frame_id = "adc_board"
+        self._message.header.frame_id = BOARD_FRAME
         self._configuration = configuration_at(board, self._rate_hz)
         self._message.channel_delay_ns[:] = self._configuration.channel_delays_ns(board)
         self._diagnostics = NodeDiagnostics(self, 1.0 / self._rate_hz, self._details)

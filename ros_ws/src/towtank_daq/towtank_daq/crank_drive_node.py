@@ -15,7 +15,10 @@ from towtank_interfaces.msg import CrankDrive as CrankDriveMessage
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.crank_node import CrankNode
 from towtank_node.diagnostics import NodeDiagnostics
-from towtank_node.qos import RELIABLE_QOS
+from towtank_node.endpoints import publisher, server
+from towtank_node.names import CRANK_DRIVE_FRAME, CRANK_DRIVE_NODE, split_name
+from towtank_node.services import CRANK_SPEED
+from towtank_node.topics import CRANK_DRIVE_STATE
 from towtank_node.trial_clock import TrialClock
 
 from towtank_daq.board import TRIP_ADVICE, BoardError, DriveState
@@ -34,7 +37,7 @@ _ACTIONS = {
 
 
 class CrankDriveNode(CrankNode):
-    """The drive of the board that the process has, in that node's namespace.
+    """The drive of the board that the process has.
 
     stop_between_runs: called, from any thread, with a stop of board.yaml's `drive_action` while
     there is no drive to attend to; returns why the crank was not stopped, '' if it was, None if
@@ -43,22 +46,22 @@ class CrankDriveNode(CrankNode):
 
     def __init__(
         self,
-        namespace: str,
         board: BoardDescription,
         clock: TrialClock,
         stop_between_runs: Callable[[str], str | None],
     ) -> None:
         # The process's name and parameters are those of the board's node
-        super().__init__("crank_drive", namespace=namespace, use_global_arguments=False)
+        namespace, name = split_name(CRANK_DRIVE_NODE)
+        super().__init__(name, namespace=namespace, use_global_arguments=False)
         self._board = board
         self._trial_clock = clock
         self._stop_between_runs = stop_between_runs
         self._drive: CrankDrive | None = None
         self._trip = "none"
         self._message = CrankDriveMessage()
-        self._message.header.frame_id = "crank_drive"
-        self._publisher = self.create_publisher(CrankDriveMessage, "~/state", RELIABLE_QOS)
-        self.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
+        self._message.header.frame_id = CRANK_DRIVE_FRAME
+        self._publisher = publisher(self, CRANK_DRIVE_STATE.of("~"))
+        server(self, CRANK_SPEED.of("~"), self._on_set_speed)
         self.diagnostics = NodeDiagnostics(self, _PERIOD_S, lambda: {"trip": self._trip}, clock)
         self.diagnostics.ready()
         self.heed(lambda: self._ask("emergency_stop"))

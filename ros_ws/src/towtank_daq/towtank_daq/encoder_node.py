@@ -14,8 +14,10 @@ import math
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from towtank_interfaces.msg import AdcScan, CrankMotion
+from towtank_node import names, topics
+from towtank_node.endpoints import publisher, server
 from towtank_node.parameters import Parameter
-from towtank_node.qos import SENSOR_QOS
+from towtank_node.services import ZERO
 from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig.crank_uncertainty import CrankBudget
 from towtank_rig.motion import tow_point_motion
@@ -44,22 +46,22 @@ class EncoderNode(ScanNode):
     """Positions count from the first scan, or from the last call of ~/zero."""
 
     def __init__(self) -> None:
-        super().__init__("encoder", "/measured", _PARAMETERS)
+        super().__init__(names.ENCODER_NODE, _PARAMETERS)
         self.watch = DriveWatch(self.rig, self.parameters.velocity_window_s)
         """What makes each scan's `drive`, for this node and for those of the other sensors."""
         self._motion = tow_point_motion(self.rig.tow_point)
         self._lost = False
         self._joints = JointState()
-        self._joints.name = ["crank", "carriage", "tow_point"]
+        self._joints.name = [names.CRANK_JOINT, names.CARRIAGE_JOINT, names.TOW_POINT_JOINT]
         # Nobody measures efforts, but not all readers of bags take an empty sequence at the end.
         self._joints.effort = [math.nan] * 3
         self._budget = CrankBudget(self.rig)
         self._crank_motion = CrankMotion()
-        self._crank_motion.header.frame_id = "crank"
+        self._crank_motion.header.frame_id = names.CRANK_FRAME
         self._crank_motion_ns = 0  # when it was published last
-        self._crank_motions = self.create_publisher(CrankMotion, "crank_motion", SENSOR_QOS)
-        self._publisher = self.create_publisher(JointState, "joint_states", SENSOR_QOS)
-        self.create_service(Trigger, "~/zero", self._on_zero)
+        self._crank_motions = publisher(self, topics.CRANK_MOTION)
+        self._publisher = publisher(self, topics.MEASURED_JOINTS)
+        server(self, ZERO.of("~"), self._on_zero)
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
         # The board latches the counts at the scan's tick: no delay to add
@@ -84,7 +86,7 @@ class EncoderNode(ScanNode):
             self._crank_motion.zeroed = False
             what = (
                 "the board was reset: the positions of crank and carriage are not known; bring "
-                f"both to where they are zero and call {self.get_fully_qualified_name()}/zero"
+                f"both to where they are zero and call {ZERO.of(names.ENCODER_NODE).name}"
             )
             self.get_logger().warning(what)
             self.diagnostics.warn(what)

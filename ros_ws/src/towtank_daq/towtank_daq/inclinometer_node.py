@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from sensor_msgs.msg import Imu
 from towtank_interfaces.msg import AdcScan, Inclination
-from towtank_node.qos import SENSOR_QOS
+from towtank_node import names, topics
+from towtank_node.endpoints import publisher
 from towtank_node.stamps import set_stamp, stamp_ns
 
 from towtank_daq.encoder import Drive
@@ -18,16 +19,16 @@ class InclinometerNode(ScanNode):
     """The three axes are sampled one after another; the stamp is the mean of their instants."""
 
     def __init__(self) -> None:
-        super().__init__("inclinometer", "/measured/fish")
+        super().__init__(names.INCLINOMETER_NODE)
         self._sensor = Inclinometer(self.rig, self.board)
         self._health = AccelerometerHealth(self.rig, self.board)
         self._imu, self._inclination = Imu(), Inclination()
-        self._imu.header.frame_id = "fish"
-        self._inclination.header.frame_id = "accelerometer"
+        self._imu.header.frame_id = names.FISH
+        self._inclination.header.frame_id = names.ACCELEROMETER_FRAME
         self._imu.orientation_covariance[0] = -1.0  # REP-145: not measured
         self._imu.angular_velocity_covariance[0] = -1.0
-        self._imus = self.create_publisher(Imu, "imu", SENSOR_QOS)
-        self._inclinations = self.create_publisher(Inclination, "inclination", SENSOR_QOS)
+        self._imus = publisher(self, topics.FISH_IMU)
+        self._inclinations = publisher(self, topics.INCLINATION)
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
         reading = self._sensor.process(scan.codes, scan.valid_mask, drive)

@@ -6,8 +6,11 @@ from __future__ import annotations
 from sensor_msgs.msg import FluidPressure
 from std_srvs.srv import Trigger
 from towtank_interfaces.msg import AdcScan, Depth
+from towtank_node import topics
+from towtank_node.endpoints import publisher, server
+from towtank_node.names import MEASURED, pressure_node
 from towtank_node.parameters import Parameter
-from towtank_node.qos import SENSOR_QOS
+from towtank_node.services import ZERO
 from towtank_node.stamps import set_stamp, stamp_ns
 
 from towtank_daq.encoder import Drive
@@ -23,20 +26,20 @@ _PARAMETERS = (
 class PressureNode(ScanNode):
     """Ready once enough scans have come to be zeroed.
 
-    place: where the sensor is, fish or depressor.
+    body: where the sensor is, fish or depressor.
     """
 
-    def __init__(self, place: str) -> None:
-        super().__init__("pressure_sensor", f"/measured/{place}", _PARAMETERS)
-        sensor = f"{place}_pressure"
+    def __init__(self, body: str) -> None:
+        super().__init__(pressure_node(body), _PARAMETERS)
+        sensor = f"{body}_pressure"
         self._sensor = PressureSensor(self.rig, self.board, sensor, self.parameters.zero_scans)
         self._health = PressureHealth(self.rig, self.board, sensor)
         self._pressure, self._depth = FluidPressure(), Depth()
         self._pressure.header.frame_id = self._depth.header.frame_id = sensor
-        self._pressures = self.create_publisher(FluidPressure, "pressure", SENSOR_QOS)
-        self._depths = self.create_publisher(Depth, "depth", SENSOR_QOS)
+        self._pressures = publisher(self, topics.PRESSURE.within(MEASURED, body))
+        self._depths = publisher(self, topics.DEPTH.within(MEASURED, body))
         self._zeroed = ""
-        self.create_service(Trigger, "~/zero", self._on_zero)
+        server(self, ZERO.of("~"), self._on_zero)
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
         reading = self._sensor.process(scan.codes, scan.valid_mask, drive)

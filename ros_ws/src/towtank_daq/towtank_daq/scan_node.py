@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.names import split_name
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.scan_account import ScanAccount
 from towtank_node.stamps import stamp_ns
@@ -28,12 +29,13 @@ _HEALTH_PERIOD_S = 1.0
 
 
 class ScanNode(Node, ABC):
-    """A node that makes something of each scan of the ADC board.
+    """A node that makes something of each scan of the ADC board. full_name: with its namespace.
 
     Its period for counting overruns is that of the rig's sample rate.
     """
 
-    def __init__(self, name: str, namespace: str, parameters: Sequence[Parameter] = ()) -> None:
+    def __init__(self, full_name: str, parameters: Sequence[Parameter] = ()) -> None:
+        namespace, name = split_name(full_name)
         super().__init__(name, namespace=namespace)
         self.parameters = read_parameters(
             self, [Parameter("rig", str, "path of the rig file"), *parameters]

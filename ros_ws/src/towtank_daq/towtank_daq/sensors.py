@@ -7,9 +7,10 @@ import sys
 
 from towtank_interfaces.msg import AdcScan
 from towtank_node.main import run_nodes
-from towtank_node.qos import SENSOR_QOS
+from towtank_node.names import BODIES
 from towtank_node.senders import Senders
 from towtank_node.stamps import stamp_ns
+from towtank_node.topics import SCANS
 from towtank_rig import RigError
 
 from towtank_daq.description import DescriptionError
@@ -26,7 +27,7 @@ saves a third of the chain's processor time (`towtank bench cpu`)."""
 def make_sensors() -> list[ScanNode]:
     """Make the sensors' nodes, which get their scans by one subscription."""
     encoder = EncoderNode()
-    nodes = [PressureNode("fish"), PressureNode("depressor"), InclinometerNode(), encoder]
+    nodes = [*map(PressureNode, BODIES), InclinometerNode(), encoder]
 
     def deliver(scan: AdcScan) -> None:
         drive = encoder.watch.update(
@@ -35,7 +36,7 @@ def make_sensors() -> list[ScanNode]:
         for node in nodes:
             node.on_scan(scan, drive)
 
-    Senders(encoder).subscribe(AdcScan, "/measured/adc_scan", deliver, SENSOR_QOS)
+    Senders(encoder).subscribe(SCANS, deliver)
     return nodes
 
 

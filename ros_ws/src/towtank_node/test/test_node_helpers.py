@@ -13,7 +13,7 @@ import time
 
 import pytest
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.clock import ClockType
@@ -23,14 +23,17 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from std_msgs.msg import UInt32
 from std_srvs.srv import Trigger
+from towtank_node import topics
 from towtank_node.crank_node import CrankNode
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.endpoints import publisher, subscription
 from towtank_node.executor import StreamExecutor
 from towtank_node.parameters import Parameter, ParameterError, read_parameters
-from towtank_node.qos import RELIABLE_QOS
+from towtank_node.qos import RELIABLE
 from towtank_node.quick_stop import quick_stop
 from towtank_node.stamps import SteadyTimes, ros_minus_monotonic_ns, set_stamp, stamp_ns
 from towtank_node.timers import create_steady_timer
+from towtank_node.topics import Topic
 from towtank_node.trial_clock import TrialClock
 
 
@@ -40,6 +43,7 @@ def node_with(context, **values):
 
 
 RATE = Parameter("rate_hz", int, "scan rate, Hz", default=100, minimum=10, maximum=200)
+COUNT = Topic("count", "std_msgs/msg/UInt32", RELIABLE)
 RIG = Parameter("rig", str, "path of the rig file")
 NOISE = Parameter("noise", str, "sensor noise", default="rig", choices=("rig", "none"))
 
@@ -69,7 +73,7 @@ def test_bad_parameter_is_refused_in_one_line(context, given, parameter, words):
 def test_diagnostics_report_state_and_overruns(context):
     node = node_with(context)
     received = []
-    node.create_subscription(DiagnosticArray, "/diagnostics", received.append, RELIABLE_QOS)
+    subscription(node, topics.DIAGNOSTICS, received.append)
     diagnostics = NodeDiagnostics(node, period_s=1e-9, details=lambda: {"lost": 3})
     with diagnostics.cycle():
         sum(range(100))  # longer than a nanosecond
@@ -77,7 +81,7 @@ def test_diagnostics_report_state_and_overruns(context):
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
     for _ in range(200):
-        if node.count_subscribers("/diagnostics"):
+        if node.count_subscribers(topics.DIAGNOSTICS.name):
             diagnostics.ready()
         executor.spin_once(timeout_sec=0.05)
         if received:
@@ -165,18 +169,18 @@ def test_stream_executor_serves_messages_timers_and_services(context):
     executor = StreamExecutor(context=context)
     executor.add_node(node)
     received, ticks = [], []
-    node.create_subscription(UInt32, "count", lambda m: received.append(m.data), RELIABLE_QOS)
-    publisher = node.create_publisher(UInt32, "count", RELIABLE_QOS)
+    subscription(node, COUNT, lambda m: received.append(m.data))
+    counts = publisher(node, COUNT)
     node.create_timer(0.01, lambda: ticks.append(1))
     node.create_service(Trigger, "ask", lambda _, answer: answer)
     client = node.create_client(Trigger, "ask")
     for _ in range(200):
         executor.spin_once()
-        if publisher.get_subscription_count() and client.service_is_ready():
+        if counts.get_subscription_count() and client.service_is_ready():
             break
     future = client.call_async(Trigger.Request())
     for number in range(20):
-        publisher.publish(UInt32(data=number))
+        counts.publish(UInt32(data=number))
     for _ in range(500):
         executor.spin_once()
         if future.done() and len(received) == 20 and len(ticks) >= 3:
@@ -192,9 +196,9 @@ def test_stream_executor_serves_with_a_message_those_that_come_soon_after(contex
     executor = StreamExecutor(gather_s=0.02, context=context)
     executor.add_node(node)
     received, waits = [], []
-    node.create_subscription(UInt32, "count", lambda m: received.append(m.data), RELIABLE_QOS)
-    publisher = node.create_publisher(UInt32, "count", RELIABLE_QOS)
-    while not publisher.get_subscription_count():
+    subscription(node, COUNT, lambda m: received.append(m.data))
+    counts = publisher(node, COUNT)
+    while not counts.get_subscription_count():
         executor.spin_once()
 
     sleep = time.sleep
@@ -204,11 +208,11 @@ def test_stream_executor_serves_with_a_message_those_that_come_soon_after(contex
             sleep(duration_s)  # the alarm's
             return
         waits.append(duration_s)
-        publisher.publish(UInt32(data=2))
+        counts.publish(UInt32(data=2))
 
     monkeypatch.setattr("towtank_node.executor.time.sleep", pass_time)
     while not waits:  # the first may be served together with timers and services
-        publisher.publish(UInt32(data=1))
+        counts.publish(UInt32(data=1))
         executor.spin_once()
     assert waits == [0.02]
     assert received[-2:] == [1, 2]
@@ -220,7 +224,7 @@ def test_stream_executor_ends_a_wait_that_hangs_on_the_systems_clock(context, mo
     node = node_with(context)
     executor = StreamExecutor(context=context)
     executor.add_node(node)
-    node.create_subscription(UInt32, "never", lambda m: None, RELIABLE_QOS)
+    subscription(node, COUNT, lambda m: None)
     ticks = []
     create_steady_timer(node, 0.2, lambda: ticks.append(1))
     endless = []
@@ -267,12 +271,12 @@ def test_stream_executor_passes_errors_of_callbacks_on(context):
     def fail(_):
         raise ZeroDivisionError
 
-    node.create_subscription(UInt32, "count", fail, RELIABLE_QOS)
-    publisher = node.create_publisher(UInt32, "count", RELIABLE_QOS)
+    subscription(node, COUNT, fail)
+    counts = publisher(node, COUNT)
     with pytest.raises(ZeroDivisionError):
         for _ in range(500):
-            if publisher.get_subscription_count():
-                publisher.publish(UInt32())
+            if counts.get_subscription_count():
+                counts.publish(UInt32())
             executor.spin_once()
     node.destroy_node()
 

@@ -10,11 +10,16 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String, UInt32
+from towtank_node.endpoints import publisher, subscription
 from towtank_node.executor import StreamExecutor
 from towtank_node.polling import PolledSubscription
-from towtank_node.qos import RELIABLE_QOS
+from towtank_node.qos import RELIABLE
 from towtank_node.senders import UNKNOWN_NODE, Senders, publishers
 from towtank_node.taking import Taker
+from towtank_node.topics import Topic
+
+NUMBER = Topic("/number", "std_msgs/msg/UInt32", RELIABLE)
+TEXT = Topic("/text", "std_msgs/msg/String", RELIABLE)
 
 
 def listener(context, senders: str = "") -> Node:
@@ -25,9 +30,9 @@ def listener(context, senders: str = "") -> Node:
 class Publisher:
     """A publisher of its own node, known to be matched with `readers` subscriptions."""
 
-    def __init__(self, context, name: str, topic: str = "/number") -> None:
-        self.node = Node(name, context=context, namespace="/measured")
-        self._publisher = self.node.create_publisher(UInt32, topic, RELIABLE_QOS)
+    def __init__(self, context, name: str) -> None:
+        self.node = Node(name, context=context, namespace="/there")
+        self._publisher = publisher(self.node, NUMBER)
 
     def wait(self, readers: int = 1) -> Publisher:
         while self._publisher.get_subscription_count() < readers:
@@ -42,8 +47,7 @@ class Publisher:
 def test_a_message_comes_with_its_publisher(context):
     """As the graph names it, and with what rclpy tells of a message."""
     node = listener(context)
-    subscription = node.create_subscription(UInt32, "/number", lambda m: None, RELIABLE_QOS)
-    taker = Taker(subscription)
+    taker = Taker(subscription(node, NUMBER, lambda m: None))
     assert taker.take() is None
     one, two = Publisher(context, "one").wait(), Publisher(context, "two").wait()
     one.send(7, 8)
@@ -51,11 +55,11 @@ def test_a_message_comes_with_its_publisher(context):
     taken = []
     while len(taken) < 3:
         taken += filter(None, [taker.take()])
-    names = publishers(node, "/number")
+    names = publishers(node, NUMBER.name)
     assert {(names[each.publisher], each.data, each.number) for each in taken} == {
-        ("/measured/one", serialize_message(UInt32(data=7)), 1),
-        ("/measured/one", serialize_message(UInt32(data=8)), 2),
-        ("/measured/two", serialize_message(UInt32(data=9)), 1),
+        ("/there/one", serialize_message(UInt32(data=7)), 1),
+        ("/there/one", serialize_message(UInt32(data=8)), 2),
+        ("/there/two", serialize_message(UInt32(data=9)), 1),
     }
     assert all(0 < each.published_ns <= each.received_ns for each in taken)
 
@@ -63,14 +67,14 @@ def test_a_message_comes_with_its_publisher(context):
 def test_messages_of_any_length_come_whole(context):
     """Longer ones than the buffer, and short ones after them."""
     node = listener(context)
-    publisher = node.create_publisher(String, "/text", RELIABLE_QOS)
-    polled = PolledSubscription(node, String, "/text", RELIABLE_QOS, Senders(node))
-    while not publisher.get_subscription_count():
+    texts_out = publisher(node, TEXT)
+    polled = PolledSubscription(node, TEXT, Senders(node))
+    while not texts_out.get_subscription_count():
         pass
     texts = ["", "x" * 10, "y" * 100_000, "z"]
     received = []
     for text in texts:
-        publisher.publish(String(data=text))
+        texts_out.publish(String(data=text))
     while len(received) < len(texts):
         received += [each.message.data for each in polled.take()]
     assert received == texts
@@ -80,31 +84,31 @@ def test_messages_of_any_length_come_whole(context):
 @pytest.mark.parametrize("polled", [True, False])
 def test_only_those_who_belong_are_heard(context, polled):
     """By both kinds of subscription, from the first message on, in the order of sending."""
-    node = listener(context, "/measured/ours /measured/other")
+    node = listener(context, "/there/ours /there/other")
     senders, heard = Senders(node), []
     executor = StreamExecutor(context=context)
     executor.add_node(node)
     if polled:
-        subscription = PolledSubscription(node, UInt32, "/number", RELIABLE_QOS, senders)
+        inputs = PolledSubscription(node, NUMBER, senders)
     else:
-        senders.subscribe(UInt32, "/number", lambda m: heard.append(m.data), RELIABLE_QOS)
+        senders.subscribe(NUMBER, lambda m: heard.append(m.data))
     stranger, ours = Publisher(context, "gamepad").wait(), Publisher(context, "ours").wait()
     for number in range(50):
         stranger.send(1000 + number)
         ours.send(number)
-    left_out = ("/number", "/measured/gamepad")
+    left_out = (NUMBER.name, "/there/gamepad")
     while len(heard) < 50 or senders.left_out.get(left_out, 0) < 50:
         if polled:
-            heard += [each.message.data for each in subscription.take()]
+            heard += [each.message.data for each in inputs.take()]
         else:
             executor.spin_once()
     assert heard == list(range(50))
     assert senders.left_out == {left_out: 50}
     if polled:
-        assert subscription.lost == 0
+        assert inputs.lost == 0
     executor.shutdown()
-    assert senders.includes("/measured/other")
-    assert not senders.includes("/measured/gamepad")
+    assert senders.includes("/there/other")
+    assert not senders.includes("/there/gamepad")
 
 
 def test_everybody_is_heard_where_nobody_is_named(context):
@@ -112,7 +116,7 @@ def test_everybody_is_heard_where_nobody_is_named(context):
     senders, heard = Senders(node), []
     executor = StreamExecutor(context=context)
     executor.add_node(node)
-    senders.subscribe(UInt32, "/number", lambda m: heard.append(m.data), RELIABLE_QOS, raw=False)
+    senders.subscribe(NUMBER, lambda m: heard.append(m.data))
     Publisher(context, "any").wait().send(1, 2)
     while heard != [1, 2]:
         executor.spin_once()

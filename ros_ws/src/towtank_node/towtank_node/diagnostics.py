@@ -15,8 +15,9 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from towtank_node.qos import RELIABLE_QOS
+from towtank_node.endpoints import publisher
 from towtank_node.timers import create_steady_timer
+from towtank_node.topics import DIAGNOSTICS
 from towtank_node.trial_clock import TrialClock
 
 REPORT_PERIOD_S = 1.0
@@ -47,7 +48,7 @@ class NodeDiagnostics:
         self._clock = clock or TrialClock(node)
         self.cycles = 0
         self.overruns = 0
-        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+        self._publisher = publisher(node, DIAGNOSTICS)
         create_steady_timer(node, REPORT_PERIOD_S, self.report)
 
     @contextmanager

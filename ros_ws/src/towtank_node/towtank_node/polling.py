@@ -12,11 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
+from towtank_node.endpoints import subscription
 from towtank_node.senders import Intake, Senders, Unattended
 from towtank_node.taking import Taken
+from towtank_node.topics import Topic
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +40,14 @@ class PolledSubscription:
     def __init__(
         self,
         node: Any,
-        message_type: Any,
-        topic: str,
-        qos: QoSProfile,
+        topic: Topic,
         senders: Senders,
         raw: bool = False,
     ) -> None:
         self._node = node
-        self._message_type, self._raw = message_type, raw
-        self._subscription = node.create_subscription(
-            message_type, topic, _never_called, qos, callback_group=Unattended(), raw=raw
+        self._topic, self._raw = topic, raw
+        self._subscription = subscription(
+            node, topic, _never_called, raw, callback_group=Unattended()
         )
         self._intake = Intake(senders, self._subscription)
         self._last_numbers: dict[bytes, int] = {}
@@ -64,7 +63,7 @@ class PolledSubscription:
 
     def _received(self, taken: Taken) -> Received:
         self._count(taken)
-        message = taken.data if self._raw else deserialize_message(taken.data, self._message_type)
+        message = taken.data if self._raw else deserialize_message(taken.data, self._topic.type)
         return Received(message, taken.received_ns, taken.published_ns)
 
     def _count(self, taken: Taken) -> None:

@@ -13,11 +13,12 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
-from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
+from towtank_node.endpoints import subscription
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.taking import Taken, Taker
+from towtank_node.topics import Topic
 
 SENDERS = Parameter(
     "senders",
@@ -93,22 +94,18 @@ class Senders:
 
     def subscribe(
         self,
-        message_type: Any,
-        topic: str,
+        topic: Topic,
         callback: Callable[[Any], None],
-        qos: QoSProfile,
         raw: bool = False,
     ) -> Any:
-        """Like `node.create_subscription`, for nodes that a StreamExecutor spins; returns the
+        """Like endpoints.subscription, for nodes that a StreamExecutor spins; returns the
         subscription."""
         if self.everybody:
-            return self._node.create_subscription(message_type, topic, callback, qos, raw=raw)
+            return subscription(self._node, topic, callback, raw)
         stream = Stream()
-        subscription = self._node.create_subscription(
-            message_type, topic, callback, qos, callback_group=stream, raw=raw
-        )
-        stream.attend(subscription, Intake(self, subscription, self._monotonic_s))
-        return subscription
+        made = subscription(self._node, topic, callback, raw, callback_group=stream)
+        stream.attend(made, Intake(self, made, self._monotonic_s))
+        return made
 
     def _look(self, topic: str) -> None:
         now = self._monotonic_s()

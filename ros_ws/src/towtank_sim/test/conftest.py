@@ -11,10 +11,12 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from patient_qos import PATIENT_QOS
+from patient_qos import patiently
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from towtank_node.calls import AGAIN_S, Call
+from towtank_node.endpoints import subscription
+from towtank_node.topics import Topic
 from towtank_rig import load_rig
 
 RIGS = Path(__file__).resolve().parents[4] / "hardware" / "rigs"
@@ -103,12 +105,10 @@ class Graph:
             if time.monotonic() > deadline:
                 pytest.fail(f"{what}: not within {PATIENCE_S:g} s")
 
-    def collect(self, kind, topic: str, qos=PATIENT_QOS, noted=lambda message: message) -> list:
+    def collect(self, topic: Topic, noted=lambda message: message) -> list:
         """Subscribe; returns the list that the messages, or what is `noted` of each, come to."""
         heard: list = []
-        self.probe.create_subscription(
-            kind, topic, lambda message: heard.append(noted(message)), qos
-        )
+        subscription(self.probe, patiently(topic), lambda message: heard.append(noted(message)))
         return heard
 
     def call(self, client, request):

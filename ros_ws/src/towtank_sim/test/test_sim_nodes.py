@@ -11,13 +11,14 @@ import time
 from array import array
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, JointState
-from towtank_interfaces.msg import CableState, CrankDrive
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import JointState
+from towtank_interfaces.msg import CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed, SetDrive
-from towtank_node.qos import RELIABLE_QOS, SENSOR_QOS
+from towtank_node import names, topics
+from towtank_node.endpoints import client, publisher
 from towtank_node.quick_stop import quick_stop
+from towtank_node.services import SET_CRANK_SPEED, SET_DRIVE
 from towtank_rig.conversion import carriage_encoder, depth_from_pressure, pressure_conversion
 from towtank_sim.resolution import SEGMENTS
 
@@ -77,14 +78,13 @@ def board(tmp_path):
 
 @pytest.mark.real_time
 def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
-    odometry = graph.collect(Odometry, "/plant/fish/odometry")
-    depressor = graph.collect(Odometry, "/plant/depressor/odometry")
-    imu = graph.collect(Imu, "/plant/fish/imu")
-    joints = graph.collect(JointState, "/plant/joint_states")
-    cables = graph.collect(CableState, "/plant/cable_state")
+    odometry = graph.collect(topics.PLANT_FISH)
+    depressor = graph.collect(topics.PLANT_DEPRESSOR)
+    imu = graph.collect(topics.PLANT_IMU)
+    joints = graph.collect(topics.PLANT_JOINTS)
+    cables = graph.collect(topics.PLANT_CABLES)
     leads = graph.collect(
-        JointState,
-        "/plant/joint_states",
+        topics.PLANT_JOINTS,
         noted=lambda m: stamp_of(m) - graph.probe.get_clock().now().nanoseconds,
     )
     plant = graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
@@ -128,16 +128,16 @@ def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
 
 @pytest.mark.real_time
 def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
-    joints = graph.collect(JointState, "/plant/joint_states")
-    client = graph.probe.create_client(SetDrive, "/plant/set_drive")
+    joints = graph.collect(topics.PLANT_JOINTS)
+    drive = client(graph.probe, SET_DRIVE)
     graph.plant(rig=rig_path(nit_calicut))
-    graph.spin_until(lambda: joints and client.service_is_ready(), "the plant")
+    graph.spin_until(lambda: joints and drive.service_is_ready(), "the plant")
 
     def set_drive(carriage_speed, crank_rate, ramp_time):
         request = SetDrive.Request(
             carriage_speed=carriage_speed, crank_rate=crank_rate, ramp_time=ramp_time
         )
-        return graph.call(client, request)
+        return graph.call(drive, request)
 
     refused = set_drive(math.nan, 0.0, 1.0)
     assert not refused.success
@@ -161,17 +161,17 @@ def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
 @pytest.mark.real_time
 def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
     """Same service, same state, same words, as far as an ideal motor can."""
-    states = graph.collect(CrankDrive, "/measured/crank_drive/state", RELIABLE_QOS)
-    statuses = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
-    client = graph.probe.create_client(SetCrankSpeed, "/measured/crank_drive/set_speed")
-    carriage = graph.probe.create_client(SetDrive, "/plant/set_drive")
+    states = graph.collect(topics.CRANK_DRIVE)
+    statuses = graph.collect(topics.DIAGNOSTICS)
+    crank = client(graph.probe, SET_CRANK_SPEED)
+    carriage = client(graph.probe, SET_DRIVE)
     graph.plant(rig=rig_path(nit_calicut))
     graph.spin_until(
-        lambda: states and client.service_is_ready() and carriage.service_is_ready(), "the plant"
+        lambda: states and crank.service_is_ready() and carriage.service_is_ready(), "the plant"
     )
 
     def ask(action, rate=0.0):
-        return graph.call(client, SetCrankSpeed.Request(action=action, crank_rate=rate))
+        return graph.call(crank, SetCrankSpeed.Request(action=action, crank_rate=rate))
 
     assert (states[-1].state, states[-1].trip) == (CrankDrive.STOPPED, CrankDrive.NONE)
     assert "give 5 to 60 rpm" in ask(SetCrankSpeed.Request.RUN, 7.0).message
@@ -193,7 +193,7 @@ def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
     graph.spin_until(lambda: states[-1].crank_rate == 0.0, "rest")
     graph.spin_until(
         lambda: any(
-            (status.name, status.level) == ("/measured/crank_drive", DiagnosticStatus.ERROR)
+            (status.name, status.level) == (names.CRANK_DRIVE_NODE, DiagnosticStatus.ERROR)
             for array in statuses
             for status in array.status
         ),
@@ -211,7 +211,7 @@ def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
 
 @pytest.mark.real_time
 def test_bench_turns_the_plants_states_into_frames_before_their_time(graph, nit_calicut, board):
-    odometry = graph.collect(Odometry, "/plant/depressor/odometry")
+    odometry = graph.collect(topics.PLANT_DEPRESSOR)
     graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
     bench = graph.bench(rig=rig_path(nit_calicut), socket=board.path, noise="none")
     graph.spin_until(lambda: board.receive() >= 100 and odometry, "100 bench frames")
@@ -266,9 +266,7 @@ class Encoders:
     """Publishes measured joint states of a uniform run: 0.4 m/s, crank at 2 rad/s."""
 
     def __init__(self, graph, rig) -> None:
-        self._publisher = graph.probe.create_publisher(
-            JointState, "/measured/joint_states", SENSOR_QOS
-        )
+        self._publisher = publisher(graph.probe, topics.MEASURED_JOINTS)
         self._carriage = carriage_encoder(rig)
         self._sample = 0
         self._offset = 0.0
@@ -281,7 +279,7 @@ class Encoders:
         self._offset *= -2.0
         stamp = 1_000_000_000_000 + self._sample * PERIOD_NS
         t = self._sample * 0.01
-        message = JointState(name=["crank", "carriage"])
+        message = JointState(name=[names.CRANK_JOINT, names.CARRIAGE_JOINT])
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
         position = self._carriage.value(self._carriage.counts(0.4 * t + self._offset))
         message.position = array("d", (2.0 * t, float(position)))
@@ -299,9 +297,9 @@ class Encoders:
 
 @pytest.mark.real_time
 def test_twin_follows_measured_joints_and_reports_an_interruption(graph, nit_calicut):
-    fish = graph.collect(Odometry, "/twin/fish/odometry")
-    cables = graph.collect(CableState, "/twin/cable_state")
-    status = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+    fish = graph.collect(topics.TWIN_FISH)
+    cables = graph.collect(topics.TWIN_CABLES)
+    status = graph.collect(topics.DIAGNOSTICS)
     encoders = Encoders(graph, nit_calicut)
     twin = graph.twin(rig=rig_path(nit_calicut))
     graph.spin_until(lambda: len(fish) >= 200, "200 states of the twin")
@@ -330,11 +328,11 @@ def test_twin_follows_measured_joints_and_reports_an_interruption(graph, nit_cal
 
 def test_twin_refuses_joints_without_a_crank(graph, nit_calicut):
     twin = graph.twin(rig=rig_path(nit_calicut))
-    publisher = graph.probe.create_publisher(JointState, "/measured/joint_states", SENSOR_QOS)
-    graph.spin_until(lambda: publisher.get_subscription_count() > 0, "the twin")
+    joints = publisher(graph.probe, topics.MEASURED_JOINTS)
+    graph.spin_until(lambda: joints.get_subscription_count() > 0, "the twin")
     # Best effort: the twin may not be listening yet when it is already seen here.
     for _ in range(100):
-        publisher.publish(JointState(name=["carriage"], position=[1.0]))
+        joints.publish(JointState(name=[names.CARRIAGE_JOINT], position=[1.0]))
         if twin.has_ended(within=0.1):
             break
     status, errors = twin.wait()
@@ -345,8 +343,8 @@ def test_twin_refuses_joints_without_a_crank(graph, nit_calicut):
 
 def test_twin_that_cannot_follow_ends_with_place_and_time(graph, nit_calicut):
     """No simulation solves a carriage that jumps kilometres to and fro between samples."""
-    status = graph.collect(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
-    fish = graph.collect(Odometry, "/twin/fish/odometry")
+    status = graph.collect(topics.DIAGNOSTICS)
+    fish = graph.collect(topics.TWIN_FISH)
     encoders = Encoders(graph, nit_calicut)
     twin = graph.twin(rig=rig_path(nit_calicut))
     graph.spin_until(lambda: fish, "the twin")

@@ -7,13 +7,12 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from sensor_msgs.msg import Imu, JointState
+from towtank_node import topics
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.main import run_node
+from towtank_node.names import BENCH_NODE, CARRIAGE_JOINT, CRANK_JOINT, split_name
 from towtank_node.parameters import Parameter, read_parameters
-from towtank_node.qos import SENSOR_QOS
 from towtank_node.senders import Senders
 from towtank_node.timers import create_steady_timer
 from towtank_node.trial_clock import TrialClock
@@ -59,10 +58,11 @@ _SENDING = "sending frames"
 
 
 class BenchNode(Node):
-    """Node /plant/bench; its inputs are relative to its namespace."""
+    """Node /plant/bench."""
 
     def __init__(self) -> None:
-        super().__init__("bench", namespace="plant")
+        namespace, name = split_name(BENCH_NODE)
+        super().__init__(name, namespace=namespace)
         parameters = read_parameters(self, _PARAMETERS)
         rig = load_rig(parameters.rig)
         errors = (
@@ -81,15 +81,15 @@ class BenchNode(Node):
         self._silent = False
         self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
         inputs = (
-            (JointState, "joint_states", read_joints),
-            (Odometry, "depressor/odometry", read_odometry),
-            (Imu, "fish/imu", read_imu),
-            (Odometry, "fish/odometry", read_odometry),
+            (topics.PLANT_JOINTS, read_joints),
+            (topics.PLANT_DEPRESSOR, read_odometry),
+            (topics.PLANT_IMU, read_imu),
+            (topics.PLANT_FISH, read_odometry),
         )
         self._matcher = StampMatcher(topics=len(inputs))
         senders = Senders(self)
-        for topic, (kind, name, read) in enumerate(inputs):
-            senders.subscribe(kind, name, self._receiver(topic, read), SENSOR_QOS, raw=True)
+        for number, (topic, read) in enumerate(inputs):
+            senders.subscribe(topic, self._receiver(number, read), raw=True)
         create_steady_timer(self, _SILENCE_S, self._look_for_silence)
 
     def close(self) -> None:
@@ -154,8 +154,8 @@ def _true_state(
 ) -> TrueState:
     return TrueState(
         time=time_s,
-        crank_angle=joints.position["crank"],
-        carriage_position=joints.position["carriage"],
+        crank_angle=joints.position[CRANK_JOINT],
+        carriage_position=joints.position[CARRIAGE_JOINT],
         fish_position=fish.position,
         fish_quaternion=fish.quaternion,
         fish_velocity=fish.linear,

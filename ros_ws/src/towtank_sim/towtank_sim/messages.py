@@ -14,13 +14,11 @@ from geometry_msgs.msg import Point, Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from towtank_interfaces.msg import CableState
+from towtank_node.names import CARRIAGE_JOINT, CRANK_JOINT, TANK_FRAME
 from towtank_node.stamps import set_stamp
 
 from towtank_sim import axes
 from towtank_sim.tow import BodyState, LineShapes, PointState
-
-TANK_FRAME = "tank"
-JOINT_NAMES = ["crank", "carriage"]
 
 
 def _set_vector(vector: Vector3 | Point, values: axes.Vector) -> None:
@@ -79,7 +77,7 @@ class JointStateWriter:
 
     def __init__(self) -> None:
         # Efforts are not simulated, but not all readers of bags take an empty sequence at the end.
-        self._message = JointState(name=JOINT_NAMES, effort=[math.nan, math.nan])
+        self._message = JointState(name=[CRANK_JOINT, CARRIAGE_JOINT], effort=[math.nan, math.nan])
 
     def fill(
         self,

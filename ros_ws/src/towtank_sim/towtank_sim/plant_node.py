@@ -12,15 +12,14 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from sensor_msgs.msg import Imu, JointState
-from towtank_interfaces.msg import CableState
 from towtank_interfaces.srv import SetDrive
+from towtank_node import names, topics
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.endpoints import publisher, server
 from towtank_node.main import run_nodes
 from towtank_node.parameters import Parameter, read_parameters
-from towtank_node.qos import SENSOR_QOS
+from towtank_node.services import SET_DRIVE
 from towtank_node.trial_clock import TrialClock
 from towtank_rig import RigError, load_rig
 
@@ -57,27 +56,26 @@ _MOST_CYCLES_AT_ONCE = 10  # then services and diagnostics get their turn
 
 
 class PlantNode(Node):
-    """Node /plant/simulator; topics are relative to its namespace."""
+    """Node /plant/simulator."""
 
     def __init__(self) -> None:
-        super().__init__("simulator", namespace="plant")
+        namespace, name = names.split_name(names.PLANT_NODE)
+        super().__init__(name, namespace=namespace)
         parameters = read_parameters(self, _PARAMETERS)
         self._plant = Plant(load_rig(parameters.rig), parameters.segments, parameters.step_s)
         self._lead_ns = round(parameters.lead_s * 1e9)
-        self._fish_odometry = OdometryWriter("fish")
-        self._depressor_odometry = OdometryWriter("depressor")
+        self._fish_odometry = OdometryWriter(names.FISH)
+        self._depressor_odometry = OdometryWriter(names.DEPRESSOR)
         self._joint_states = JointStateWriter()
-        self._imu = ImuWriter("fish")
+        self._imu = ImuWriter(names.FISH)
         self._cable_state = CableStateWriter()
-        self._publish_fish = self.create_publisher(Odometry, "fish/odometry", SENSOR_QOS).publish
-        self._publish_depressor = self.create_publisher(
-            Odometry, "depressor/odometry", SENSOR_QOS
-        ).publish
-        self._publish_joints = self.create_publisher(JointState, "joint_states", SENSOR_QOS).publish
-        self._publish_imu = self.create_publisher(Imu, "fish/imu", SENSOR_QOS).publish
-        self._publish_cables = self.create_publisher(CableState, "cable_state", SENSOR_QOS).publish
+        self._publish_fish = publisher(self, topics.PLANT_FISH).publish
+        self._publish_depressor = publisher(self, topics.PLANT_DEPRESSOR).publish
+        self._publish_joints = publisher(self, topics.PLANT_JOINTS).publish
+        self._publish_imu = publisher(self, topics.PLANT_IMU).publish
+        self._publish_cables = publisher(self, topics.PLANT_CABLES).publish
         self._diagnostics = NodeDiagnostics(self, CYCLE_NS * 1e-9, self._details)
-        self.create_service(SetDrive, "set_drive", self._set_drive)
+        server(self, SET_DRIVE, self._set_drive)
         # Real time is the monotonic clock's: a plant cannot follow a simulated or a set clock.
         self._start_ns = time.monotonic_ns() + _TIME_TO_START_NS
         clock = TrialClock(self)

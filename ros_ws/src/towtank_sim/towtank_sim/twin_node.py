@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from towtank_interfaces.msg import CableState
+from towtank_node import names, topics
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.endpoints import publisher
 from towtank_node.main import run_node
 from towtank_node.parameters import read_parameters
-from towtank_node.qos import SENSOR_QOS
 from towtank_node.senders import Senders
 from towtank_node.stamps import stamp_ns
 from towtank_rig import Rig, RigError, load_rig
@@ -35,26 +34,25 @@ class TwinError(RuntimeError):
 
 
 class TwinNode(Node):
-    """Node /twin/simulator; its outputs are relative to its namespace."""
+    """Node /twin/simulator."""
 
     def __init__(self) -> None:
-        super().__init__("simulator", namespace="twin")
+        namespace, name = names.split_name(names.TWIN_NODE)
+        super().__init__(name, namespace=namespace)
         parameters = read_parameters(self, (RIG, SEGMENTS, STEP))
         rig: Rig = load_rig(parameters.rig)
         self._twin = Twin(rig, parameters.segments, parameters.step_s)
         self._interruptions = 0
         self._cable_state_period = 0
-        self._fish_odometry = OdometryWriter("fish")
-        self._depressor_odometry = OdometryWriter("depressor")
+        self._fish_odometry = OdometryWriter(names.FISH)
+        self._depressor_odometry = OdometryWriter(names.DEPRESSOR)
         self._cable_state = CableStateWriter()
-        self._publish_fish = self.create_publisher(Odometry, "fish/odometry", SENSOR_QOS).publish
-        self._publish_depressor = self.create_publisher(
-            Odometry, "depressor/odometry", SENSOR_QOS
-        ).publish
-        self._publish_cables = self.create_publisher(CableState, "cable_state", SENSOR_QOS).publish
+        self._publish_fish = publisher(self, topics.TWIN_FISH).publish
+        self._publish_depressor = publisher(self, topics.TWIN_DEPRESSOR).publish
+        self._publish_cables = publisher(self, topics.TWIN_CABLES).publish
         period = 1.0 / rig.board.sample_rate.value
         self._diagnostics = NodeDiagnostics(self, period, self._details)
-        Senders(self).subscribe(JointState, "/measured/joint_states", self._follow, SENSOR_QOS)
+        Senders(self).subscribe(topics.MEASURED_JOINTS, self._follow)
         self._diagnostics.ready("waiting for crank and carriage")
 
     def _follow(self, message: JointState) -> None:
@@ -105,10 +103,11 @@ def _joints(message: JointState) -> tuple[float, float]:
     """Crank angle (rad) and carriage position (m), wherever they stand in the message."""
     position = dict(zip(message.name, message.position, strict=False))
     try:
-        return position["crank"], position["carriage"]
+        return position[names.CRANK_JOINT], position[names.CARRIAGE_JOINT]
     except KeyError as error:
         raise TwinError(
-            f"/measured/joint_states has no joint {error}: it must name crank and carriage"
+            f"{topics.MEASURED_JOINTS.name} has no joint {error}: it must name "
+            f"{names.CRANK_JOINT} and {names.CARRIAGE_JOINT}"
         ) from error
 
 

@@ -16,8 +16,11 @@ from towtank_interfaces.msg import CrankDrive
 from towtank_interfaces.srv import SetCrankSpeed
 from towtank_node.crank_node import CrankNode
 from towtank_node.diagnostics import NodeDiagnostics
-from towtank_node.qos import RELIABLE_QOS
+from towtank_node.endpoints import publisher, server
+from towtank_node.names import CRANK_DRIVE_FRAME, CRANK_DRIVE_NODE, split_name
+from towtank_node.services import CRANK_SPEED
 from towtank_node.stamps import set_stamp
+from towtank_node.topics import CRANK_DRIVE_STATE
 from towtank_node.trial_clock import TrialClock
 
 from towtank_sim.board_file import board_file
@@ -35,7 +38,8 @@ class VirtualCrankNode(CrankNode):
 
     def __init__(self, plant: Plant, clock: TrialClock) -> None:
         # The process's name and parameters are those of the plant's node
-        super().__init__("crank_drive", namespace="measured", use_global_arguments=False)
+        namespace, name = split_name(CRANK_DRIVE_NODE)
+        super().__init__(name, namespace=namespace, use_global_arguments=False)
         self._plant = plant
         self._states = board_file()["drive_state"]
         self._trips = board_file()["drive_trip"]
@@ -43,9 +47,9 @@ class VirtualCrankNode(CrankNode):
         self._told_ns = 0
         # An ideal motor has no duty, and no emergency-stop loop that could be open
         self._message = CrankDrive(duty=math.nan, emergency_stop_closed=True)
-        self._message.header.frame_id = "crank_drive"
-        self._publisher = self.create_publisher(CrankDrive, "~/state", RELIABLE_QOS)
-        self.create_service(SetCrankSpeed, "~/set_speed", self._on_set_speed)
+        self._message.header.frame_id = CRANK_DRIVE_FRAME
+        self._publisher = publisher(self, CRANK_DRIVE_STATE.of("~"))
+        server(self, CRANK_SPEED.of("~"), self._on_set_speed)
         self._diagnostics = NodeDiagnostics(
             self, _TURNING_NS * 1e-9, lambda: {"trip": self._status().trip}, clock
         )
