@@ -12,7 +12,8 @@ from offline_trial import ELF, START_NS, acquire
 from towtank_bringup.plan import conversion_noise
 from towtank_bringup.rigs import rig_path
 from towtank_daq.description import installed_description, load_description
-from towtank_daq.sensor_health import AccelerometerHealth, Health, PressureHealth
+from towtank_daq.sensor_health import AccelerometerHealth, PressureHealth
+from towtank_node.health import Health
 from towtank_rig import load_rig, sensor_errors
 from towtank_sim.offline import PlantHistory, bench_frames
 from towtank_sim.terminal_faults import parse_faults

@@ -8,8 +8,9 @@ import math
 
 import numpy as np
 from towtank_bag.reader import Bag
-from towtank_interfaces.msg import SensorHealth, TrialEvent
+from towtank_interfaces.msg import TrialEvent
 from towtank_node import topics
+from towtank_node.health import Health
 from towtank_node.names import CARRIAGE_JOINT, CRANK_JOINT
 from towtank_node.scan_account import ScanAccount
 from towtank_node.topics import PLANT_JOINTS, SCANS
@@ -28,11 +29,6 @@ HEALTH = {
     "accelerometer": topics.INCLINATION,
 }
 """Topics that tell a sensor's health."""
-
-FLAGS = {
-    name: getattr(SensorHealth, name)
-    for name in ("OPEN", "SHORT", "SATURATED", "STUCK", "EXCITATION", "NOISE")
-}
 
 
 def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
@@ -109,7 +105,7 @@ def sensor_health(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, dict[str, int] 
         flags = series["health.flags"][inside].astype(np.int64)
         found[sensor] = {
             "samples": len(flags),
-            **{name.lower(): int(np.count_nonzero(flags & bit)) for name, bit in FLAGS.items()},
+            **{flag.names[0]: int(np.count_nonzero(flags & flag)) for flag in Health},
         }
     return found
 

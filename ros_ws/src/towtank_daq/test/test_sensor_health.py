@@ -13,7 +13,6 @@ from towtank_daq.sensor_health import (
     ADVICE,
     AccelerometerHealth,
     ChannelWatch,
-    Health,
     Limits,
     PressureHealth,
     accelerometer_limits,
@@ -25,6 +24,7 @@ from towtank_daq.sensor_health import (
     white_noise,
 )
 from towtank_interfaces.msg import SensorHealth
+from towtank_node.health import Health
 from towtank_rig import load_rig, sensor_errors
 from towtank_rig.conversion import pressure_from_depth
 

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
 from towtank_node.diagnostics import NodeDiagnostics
+from towtank_node.health import Health
 from towtank_node.names import split_name
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.scan_account import ScanAccount
@@ -23,7 +24,7 @@ from towtank_rig import load_rig
 
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.encoder import Drive
-from towtank_daq.sensor_health import ADVICE, Health
+from towtank_daq.sensor_health import ADVICE
 
 _HEALTH_PERIOD_S = 1.0
 

@@ -17,12 +17,12 @@ the board's. What is judged by scatter is judged beyond five standard deviations
 
 from __future__ import annotations
 
-import enum
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from towtank_node.health import Health
 from towtank_rig import Quantity, Rig
 from towtank_rig.conversion import (
     Channel,
@@ -52,22 +52,6 @@ _DIFFERENCES = 20.0
 _MEDIAN = 0.6745
 _FEWEST_MEANS = 6  # of half a second each, less two for the straight line
 _NOISE_SCATTER = 1.166 * math.sqrt(924.0 / 400.0)
-
-
-class Health(enum.IntFlag):
-    """Bits of towtank_interfaces/SensorHealth."""
-
-    OPEN = 1
-    SHORT = 2
-    SATURATED = 4
-    STUCK = 8
-    EXCITATION = 16
-    NOISE = 32
-
-    @property
-    def names(self) -> list[str]:
-        """The flags that are set, in words."""
-        return [str(flag.name).lower() for flag in self]
 
 
 ADVICE = {
