@@ -19,9 +19,9 @@ from towtank_daq.pressure import PressureSensor
 from towtank_daq.protocol import Protocol
 from towtank_rig import Rig
 from towtank_rig.conversion import crank_encoder
-from towtank_rig.sensor_errors import SensorErrors
 from towtank_sim.drive import trial_commands
 from towtank_sim.offline import PlantHistory, bench_frames, simulate_plant
+from towtank_uncertainty.sensor_errors import SensorErrors
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "firmware" / "vboard"))

@@ -16,7 +16,7 @@ from towtank_daq.protocol import Protocol
 from towtank_daq.sensor_health import noise_margin
 from towtank_lab.virtual_sensors import VirtualSensors
 from towtank_rig import load_rig
-from towtank_rig.sensor_errors import draw
+from towtank_uncertainty.sensor_errors import draw
 from towtank_workshop.checklist import Step, as_recorded, check_list
 from vboard import VirtualBoard
 from virtual_line import MS, VirtualLine

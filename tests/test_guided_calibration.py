@@ -28,7 +28,7 @@ from towtank_lab.calibration_record import (
 from towtank_lab.errors import ProcedureError
 from towtank_lab.guide import Station, Terminal, accelerometer_rows, crank_rows, pressure_rows
 from towtank_lab.virtual_sensors import VirtualSensors
-from towtank_rig import load_rig, parse_rig, sensor_errors
+from towtank_rig import load_rig, parse_rig
 from towtank_rig.check import calibration_warnings
 from towtank_rig.conversion import (
     accelerometer_conversion,
@@ -37,6 +37,7 @@ from towtank_rig.conversion import (
     pressure_from_depth,
 )
 from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_uncertainty import sensor_errors
 from vboard import ResetCause
 
 BARE = load_rig(rig_path("nit_calicut_2012")).replace({"calibrations": {}})

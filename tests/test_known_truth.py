@@ -27,10 +27,10 @@ from towtank_daq.encoder import Drive
 from towtank_daq.inclinometer import Inclinometer
 from towtank_daq.pressure import PressureReading, PressureSensor
 from towtank_rig import Rig, conversion, load_rig
-from towtank_rig.sensor_errors import draw_many
 from towtank_sim.axes import to_tank
 from towtank_sim.drive import trial_commands
 from towtank_sim.offline import simulate_plant
+from towtank_uncertainty.sensor_errors import draw_many
 
 RIGS = Path(__file__).resolve().parents[1] / "hardware" / "rigs"
 BOARD = load_description(installed_description())

@@ -12,8 +12,9 @@ from towtank_bringup.plan import conversion_noise
 from towtank_bringup.rigs import rig_path
 from towtank_bringup.simulated_heave import twin_samples
 from towtank_compare.heave import analyse_window
-from towtank_rig import load_rig, sensor_errors
+from towtank_rig import load_rig
 from towtank_sim.offline import simulate_twin
+from towtank_uncertainty import sensor_errors
 
 SEEDS = range(20)
 

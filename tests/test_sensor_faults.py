@@ -14,9 +14,10 @@ from towtank_bringup.rigs import rig_path
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.sensor_health import AccelerometerHealth, PressureHealth
 from towtank_node.health import Health
-from towtank_rig import load_rig, sensor_errors
+from towtank_rig import load_rig
 from towtank_sim.offline import PlantHistory, bench_frames
 from towtank_sim.terminal_faults import parse_faults
+from towtank_uncertainty import sensor_errors
 from vboard import VirtualBoard
 
 RIG = load_rig(rig_path("nit_calicut_2012"))

@@ -6,7 +6,7 @@ PACKAGE = "towtank_rig"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Rig files of towtank: schema, loading, sensor conversion, uncertainty.",
+    description="Rig files of towtank: schema, loading, sensor conversion.",
     author="towtank maintainers",
     license="Apache-2.0",
     packages=find_packages(exclude=["test"]),

@@ -10,10 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from towtank_lab.virtual_sensors import VirtualSensors
-from towtank_rig import Rig, sensor_errors
+from towtank_rig import Rig
 from towtank_rig.conversion import crank_encoder
 from towtank_sim.bench_frame import BenchFrameLayout
 from towtank_sim.bench_socket import BenchSocket, BenchSocketError
+from towtank_uncertainty import sensor_errors
 
 from towtank_bringup.environment import runtime_folder
 from towtank_bringup.graph import VirtualTankSettings, virtual_board

@@ -10,19 +10,15 @@ import pytest
 from scipy.stats import binom
 from towtank_compare.harmonic import AnalysisError
 from towtank_compare.heave import HeaveSamples, analyse_window
-from towtank_compare.heave_uncertainty import combine
 from towtank_compare.kinematics import bow_up_pitch, place_height
 from towtank_compare.series import Series
 from towtank_rig import load_rig
 from towtank_rig.conversion import depth_from_pressure, pressure_from_depth
-from towtank_rig.coverage import Normal, Rectangular, half_width
-from towtank_rig.sensor_errors import draw
-from towtank_rig.uncertainty import (
-    OperatingPoint,
-    depth_budget,
-    ratio_errors,
-    ratio_relative_uncertainty,
-)
+from towtank_uncertainty.combination import combine
+from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
+from towtank_uncertainty.intervals import Normal, Rectangular, half_width
+from towtank_uncertainty.ratio_budget import ratio_errors, ratio_relative_uncertainty
+from towtank_uncertainty.sensor_errors import draw
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 START_NS = 1_750_000_000_000_000_000

@@ -14,11 +14,12 @@ from typing import Literal
 
 import numpy as np
 from towtank_rig import Rig
-from towtank_rig.coverage import Scaled
-from towtank_rig.uncertainty import SensorBudget
+from towtank_uncertainty.combination import CombinedUncertainty, combine
+from towtank_uncertainty.depth_budget import SensorBudget
+from towtank_uncertainty.intervals import Scaled
 
 from towtank_compare.harmonic import MIN_PERIODS, AnalysisError, Harmonic, fit_first_harmonic
-from towtank_compare.heave_uncertainty import HeaveBudget, Uncertainty, combine, heave_budget
+from towtank_compare.heave_uncertainty import HeaveBudget, heave_budget
 from towtank_compare.peak_to_peak import PeakToPeak, read_peak_to_peak
 from towtank_compare.series import Series
 
@@ -66,7 +67,7 @@ class Motion:
 
     amplitude: float
     phase: float
-    uncertainty: Uncertainty | None
+    uncertainty: CombinedUncertainty | None
     mean: float
     samples: int
     effective_samples: float
@@ -92,9 +93,9 @@ class HeaveResult:
     used_to_s: float
     crank_frequency_hz: float
     ratio: float
-    ratio_uncertainty: Uncertainty | None
+    ratio_uncertainty: CombinedUncertainty | None
     phase: float
-    phase_uncertainty: Uncertainty | None
+    phase_uncertainty: CombinedUncertainty | None
     fish: Motion
     depressor: Motion
     peak_to_peak: PeakToPeak

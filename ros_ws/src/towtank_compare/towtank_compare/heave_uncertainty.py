@@ -1,62 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Uncertainty of heave amplitudes and of their ratio, combined by the GUM (JCGM 100:2008).
-
-Type A comes from the scatter around the fitted harmonic, with few degrees of freedom; type B from
-the rig's sensor budget, whose figures count as exact. The expanded uncertainty has 95 % coverage:
-the interval of the sum of a normal scatter and the budget's errors, each with its own distribution
-(towtank_rig.coverage), is widened as Student's factor for the effective degrees of freedom of Welch
-and Satterthwaite (GUM G.4) is wider than the normal one.
-"""
+"""The rig's budgets at the operating point of a heave trial, for amplitude, ratio and phase."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scipy.special import stdtrit
 from towtank_rig import Rig
-from towtank_rig.coverage import Distribution, Normal, half_width
-from towtank_rig.quantity import NORMAL_95
-from towtank_rig.uncertainty import (
-    OperatingPoint,
-    SensorBudget,
-    depth_budget,
-    ratio_errors,
-    ratio_relative_uncertainty,
-)
-
-COVERAGE = 0.95
-
-
-@dataclass(frozen=True)
-class Uncertainty:
-    """Standard uncertainties and the expanded one, all in the unit of the result.
-
-    coverage_factor: u95 over the combined standard uncertainty.
-    """
-
-    type_a: float
-    type_b: float
-    u95: float
-    coverage_factor: float
-
-
-def combine(type_a: float, dof: float, errors: Sequence[Distribution]) -> Uncertainty:
-    """Expanded uncertainty of a result.
-
-    dof: degrees of freedom of `type_a`. errors: those of type B, in the unit of the result.
-    """
-    type_b = math.hypot(*(error.deviation for error in errors))
-    combined = math.hypot(type_a, type_b)
-    if combined == 0:
-        return Uncertainty(0.0, 0.0, 0.0, math.nan)
-    u95 = half_width((Normal(type_a), *errors), COVERAGE)
-    if type_a > 0:
-        effective_dof = dof * (combined / type_a) ** 4
-        # Beyond a million Student's distribution is the normal one
-        u95 *= float(stdtrit(min(effective_dof, 1e6), (1 + COVERAGE) / 2)) / NORMAL_95
-    return Uncertainty(type_a, type_b, u95, u95 / combined)
+from towtank_uncertainty.depth_budget import OperatingPoint, SensorBudget, depth_budget
+from towtank_uncertainty.intervals import Distribution
+from towtank_uncertainty.ratio_budget import ratio_errors, ratio_relative_uncertainty
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,9 @@ from towtank_daq.sensor_health import (
 )
 from towtank_interfaces.msg import SensorHealth
 from towtank_node.health import Health
-from towtank_rig import load_rig, sensor_errors
+from towtank_rig import load_rig
 from towtank_rig.conversion import pressure_from_depth
+from towtank_uncertainty import sensor_errors
 
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 ALL_VALID = 0x3F

@@ -49,6 +49,8 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from towtank_rig.quantity import NORMAL_95
+
 _DECAY_S = 10.0
 _POINTS = 60  # at one a second the oldest has decayed to exp(-6)
 SLOPE_TOLERANCE = 5e-3
@@ -173,7 +175,7 @@ class BoardClock:
         self._ns_per_tick = 1e9 * (1.0 + slope) / self._nominal_hz
         one_sided_s = max(shortest, 0.0) / 2.0
         followed_late_s = _LARGEST_DRIFT * _DECAY_S**2
-        self.u95_s = 1.96 * math.sqrt(line_variance) + one_sided_s + followed_late_s
+        self.u95_s = NORMAL_95 * math.sqrt(line_variance) + one_sided_s + followed_late_s
         squares = sum(w * (y - offset - slope * x) ** 2 for x, y, _, w in rows)
         self.residual_s = math.sqrt(squares / sum(w for *_, w in rows))
 

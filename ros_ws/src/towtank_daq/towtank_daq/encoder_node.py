@@ -19,8 +19,8 @@ from towtank_node.endpoints import publisher, server
 from towtank_node.parameters import Parameter
 from towtank_node.services import ZERO
 from towtank_node.stamps import set_stamp, stamp_ns
-from towtank_rig.crank_uncertainty import CrankBudget
 from towtank_rig.motion import tow_point_motion
+from towtank_uncertainty.crank_budget import CrankBudget
 
 from towtank_daq.encoder import WINDOW_S, Drive, DriveWatch
 from towtank_daq.scan_node import ScanNode

@@ -11,7 +11,8 @@ from functools import lru_cache
 import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import accelerometer_conversion, pitch, roll
-from towtank_rig.uncertainty import UNKNOWN, SampleUncertainty, inclination_budget
+from towtank_uncertainty.inclination_budget import inclination_budget
+from towtank_uncertainty.sample import UNKNOWN, SampleUncertainty
 
 from towtank_daq.description import BoardDescription
 from towtank_daq.encoder import AT_REST, Drive

@@ -13,7 +13,7 @@ from functools import lru_cache
 from towtank_rig import Rig
 from towtank_rig.conversion import depth_conversion
 from towtank_rig.instruments import PressureSensorName
-from towtank_rig.uncertainty import OperatingPoint, depth_budget
+from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
 
 from towtank_daq.description import BoardDescription
 from towtank_daq.encoder import AT_REST, Drive

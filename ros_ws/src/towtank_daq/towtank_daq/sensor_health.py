@@ -31,12 +31,12 @@ from towtank_rig.conversion import (
     crank_encoder,
     pressure_conversion,
 )
-from towtank_rig.error_terms import (
+from towtank_rig.instruments import PressureSensorName
+from towtank_uncertainty.error_terms import (
     accelerometer_error_terms,
     greatest,
     pressure_error_terms,
 )
-from towtank_rig.instruments import PressureSensorName
 
 from towtank_daq.description import BoardDescription
 

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from towtank_lab.pressure_calibration import Immersion, calibrate_pressure, section
-from towtank_rig import load_rig, sensor_errors
+from towtank_rig import load_rig
 from towtank_rig.conversion import depth_from_pressure, pressure_conversion, pressure_from_depth
 from towtank_rig.loading import vary
-from towtank_rig.uncertainty import COVERAGE, OperatingPoint, depth_budget
+from towtank_rig.quantity import NORMAL_95
+from towtank_uncertainty import sensor_errors
+from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
 
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 BARE = RIG.replace({"calibrations": {}})
@@ -67,7 +69,7 @@ def normalised():
 def test_stated_intervals_cover_the_depths(normalised):
     """A binomial count's four standard deviations are 5 %. Coverage may lie above 95 %: density and
     gravity, which the budget holds, cancel; linearity is given at its limit."""
-    inside = np.mean(np.abs(normalised) <= COVERAGE)
+    inside = np.mean(np.abs(normalised) <= NORMAL_95)
     assert inside >= 0.95 - 0.05
 
 

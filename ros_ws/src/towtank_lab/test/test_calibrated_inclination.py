@@ -15,9 +15,10 @@ from towtank_lab.accelerometer_calibration import (
     section,
     specific_force,
 )
-from towtank_rig import load_rig, sensor_errors
+from towtank_rig import load_rig
 from towtank_rig.conversion import accelerometer_conversion, pitch, roll, rotation
-from towtank_rig.uncertainty import inclination_budget
+from towtank_uncertainty import sensor_errors
+from towtank_uncertainty.inclination_budget import inclination_budget
 
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 BARE = RIG.replace({"calibrations": {}})

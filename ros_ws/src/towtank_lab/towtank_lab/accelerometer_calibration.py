@@ -34,11 +34,12 @@ import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import accelerometer_conversion, mounting_rotation, rotation
 from towtank_rig.quantity import NORMAL_95, Tolerance
-from towtank_rig.sensor_errors import STANDARD_GRAVITY
+from towtank_uncertainty.combination import Estimate
+from towtank_uncertainty.sensor_errors import STANDARD_GRAVITY
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, relative_limit, worst
+from towtank_lab.propagation import relative_limit, worst
 
 SIX_POSITIONS: dict[str, tuple[float, float]] = {
     "z up (upright)": (0.0, 0.0),

@@ -20,10 +20,11 @@ from towtank_rig import Rig
 from towtank_rig.instruments import CrankCalibration, CrankEncoder
 from towtank_rig.motion import tow_point_motion
 from towtank_rig.quantity import NORMAL_95
+from towtank_uncertainty.combination import Estimate
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, within_range, worst
+from towtank_lab.propagation import within_range, worst
 
 
 @dataclass(frozen=True)

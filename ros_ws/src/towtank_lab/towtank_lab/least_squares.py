@@ -7,13 +7,14 @@ for their standard uncertainty (GUM 4.2, type A), so that Student's t applies to
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from towtank_uncertainty.combination import Estimate, effective_freedom
 
 from towtank_lab.errors import ProcedureError
-from towtank_lab.propagation import Estimate
 
 Array = NDArray[np.float64]
 
@@ -77,10 +78,6 @@ def fit(design: ArrayLike, values: ArrayLike) -> Fit:
 
 def combined(estimate: Estimate, *limits: float) -> Estimate:
     """Return an estimate with type B errors added, each anywhere within ± its limit."""
-    others = sum(limit**2 / 3.0 for limit in limits)
-    uncertainty = float(np.sqrt(estimate.uncertainty**2 + others))
-    if estimate.uncertainty == 0.0:
-        return Estimate(estimate.value, uncertainty)
-    # Welch and Satterthwaite with infinitely many degrees of freedom for the limits
-    freedom = estimate.freedom * (uncertainty / estimate.uncertainty) ** 4
-    return Estimate(estimate.value, uncertainty, freedom)
+    others = math.hypot(*(limit / math.sqrt(3.0) for limit in limits))
+    freedom = effective_freedom([(estimate.uncertainty, estimate.freedom), (others, math.inf)])
+    return Estimate(estimate.value, math.hypot(estimate.uncertainty, others), freedom)

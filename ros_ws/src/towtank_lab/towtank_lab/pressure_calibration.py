@@ -18,10 +18,11 @@ from towtank_rig import Rig
 from towtank_rig.conversion import PressureConversion, pressure_conversion, pressure_from_depth
 from towtank_rig.instruments import PressureSensorName
 from towtank_rig.quantity import NORMAL_95
+from towtank_uncertainty.combination import Estimate
 
 from towtank_lab.errors import ProcedureError
 from towtank_lab.least_squares import Fit, combined, fit
-from towtank_lab.propagation import Estimate, relative_limit, worst
+from towtank_lab.propagation import relative_limit, worst
 
 # Depths nearer than this to one another are the same step of the stairs, m.
 _SAME_DEPTH = 0.005

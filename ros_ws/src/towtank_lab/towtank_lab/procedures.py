@@ -12,12 +12,12 @@ import numpy as np
 from towtank_rig import Rig
 from towtank_rig.calibration_files import SensorName
 from towtank_rig.instruments import PressureSensorName
+from towtank_uncertainty.combination import Estimate
 
 from towtank_lab import accelerometer_calibration, crank_calibration, pressure_calibration
 from towtank_lab.accelerometer_calibration import Position, calibrate_accelerometer
 from towtank_lab.crank_calibration import Mark, calibrate_crank
 from towtank_lab.pressure_calibration import Immersion, calibrate_pressure
-from towtank_lab.propagation import Estimate
 
 Row = dict[str, float]
 

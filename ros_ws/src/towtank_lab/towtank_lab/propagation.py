@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Propagation of uncertainty through a formula, of first order (GUM, JCGM 100:2008, 5.1).
 
-Sensitivities are central differences over one standard uncertainty, as GUM 5.1.3 allows. Degrees of
-freedom combine by Welch and Satterthwaite (GUM G.4.1); the expanded uncertainty is that of
-Student's t at 95 %.
+Sensitivities are central differences over one standard uncertainty, as GUM 5.1.3 allows. How
+degrees of freedom combine, and what the expanded uncertainty is: towtank_uncertainty.combination.
 """
 
 from __future__ import annotations
@@ -13,24 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import stats
-from towtank_rig.quantity import NORMAL_95, Quantity
+from towtank_rig.quantity import Quantity
+from towtank_uncertainty.combination import Estimate, effective_freedom
 
 Formula = Callable[[Mapping[str, float]], float]
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A number with its standard uncertainty (k = 1) and degrees of freedom, inf for type B."""
-
-    value: float
-    uncertainty: float
-    freedom: float = math.inf
-
-    @property
-    def u95(self) -> float:
-        """Return the half-width of the 95 % interval."""
-        return coverage_factor(self.freedom) * self.uncertainty
 
 
 @dataclass(frozen=True)
@@ -38,11 +23,6 @@ class Propagated(Estimate):
     """A result. shares: what each input adds to the standard uncertainty, by the input's name."""
 
     shares: Mapping[str, float] = field(default_factory=dict)
-
-
-def coverage_factor(freedom: float) -> float:
-    """Return Student's t of the 95 % interval; inf degrees of freedom give the normal 1.96."""
-    return NORMAL_95 if math.isinf(freedom) else float(stats.t.ppf(0.975, freedom))
 
 
 def within_range(quantity: Quantity) -> Estimate:
@@ -85,9 +65,5 @@ def propagate(formula: Formula, inputs: Mapping[str, Estimate]) -> Propagated:
         above, below = (formula({**values, name: estimate.value + s}) for s in (u, -u))
         shares[name] = abs(above - below) / 2.0
     combined = math.hypot(*shares.values())
-    return Propagated(formula(values), combined, _freedom(shares, inputs, combined), shares)
-
-
-def _freedom(shares: Mapping[str, float], inputs: Mapping[str, Estimate], combined: float) -> float:
-    parts = sum(share**4 / inputs[name].freedom for name, share in shares.items())
-    return combined**4 / parts if parts > 0.0 else math.inf
+    freedom = effective_freedom((share, inputs[name].freedom) for name, share in shares.items())
+    return Propagated(formula(values), combined, freedom, shares)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from towtank_rig import Rig
-from towtank_rig.uncertainty import OperatingPoint, depth_budget
+from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
 
 from towtank_lab.fresh_water import ATMOSPHERE, surface_tension, vapour_pressure, viscosity
 

@@ -28,9 +28,10 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 from towtank_rig.quantity import SI, Quantity, Section, rig_fault
+from towtank_uncertainty.combination import Estimate
 
 from towtank_lab.errors import ProcedureError
-from towtank_lab.propagation import Estimate, Propagated, propagate, within_range
+from towtank_lab.propagation import Propagated, propagate, within_range
 
 Place = Annotated[Quantity, SI("m")]
 ApparentMass = Annotated[Quantity, SI("kg")]

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from towtank_rig import Rig
 from towtank_rig.conversion import carriage_encoder, crank_encoder, pressure_from_depth
-from towtank_rig.sensor_errors import SensorErrors
+from towtank_uncertainty.sensor_errors import SensorErrors
 
 from towtank_lab.accelerometer_calibration import specific_force
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rig files of towtank: schema, loading, sensor conversion and uncertainty."""
+"""Rig files of towtank: schema, loading, sensor conversion."""
 
 from towtank_rig.errors import RigError
 from towtank_rig.loading import load_rig, parse_rig

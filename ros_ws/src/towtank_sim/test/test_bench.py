@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ruamel.yaml import YAML
-from towtank_rig import load_rig, sensor_errors
+from towtank_rig import load_rig
 from towtank_rig.conversion import (
     accelerometer_conversion,
     carriage_encoder,
@@ -18,6 +18,7 @@ from towtank_rig.conversion import (
 )
 from towtank_sim.bench import Bench, BenchError, TrueState
 from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_uncertainty import sensor_errors
 
 ROOT = Path(__file__).resolve().parents[4]
 BOARD = ROOT / "firmware" / "protocol" / "board.yaml"

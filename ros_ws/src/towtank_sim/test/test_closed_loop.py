@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 import pytest
-from towtank_rig import sensor_errors
 from towtank_rig.conversion import depth_from_pressure, pressure_conversion
 from towtank_sim.bench_frame import BenchFrameLayout
 from towtank_sim.drive import trial_commands
@@ -20,6 +19,7 @@ from towtank_sim.offline import (
 )
 from towtank_sim.smoother import HALF_WIDTH
 from towtank_sim.twin import Twin
+from towtank_uncertainty import sensor_errors
 
 REST, STEADY = 1.0, 40.0
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from towtank_rig import Rig
 from towtank_rig.conversion import carriage_encoder, crank_encoder, pressure_from_depth
-from towtank_rig.sensor_errors import PressureSensorErrors, SensorErrors
+from towtank_uncertainty.sensor_errors import PressureSensorErrors, SensorErrors
 
 from towtank_sim.axes import Quaternion, Vector, add, cross, to_tank
 from towtank_sim.terminal_faults import EXCITATION, TerminalFault, TerminalFaults

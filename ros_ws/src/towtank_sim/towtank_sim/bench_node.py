@@ -16,7 +16,8 @@ from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.senders import Senders
 from towtank_node.timers import create_steady_timer
 from towtank_node.trial_clock import TrialClock
-from towtank_rig import RigError, load_rig, sensor_errors
+from towtank_rig import RigError, load_rig
+from towtank_uncertainty import sensor_errors
 
 from towtank_sim.bench import Bench, BenchError, TrueState
 from towtank_sim.bench_frame import BenchFrameError, BenchFrameLayout

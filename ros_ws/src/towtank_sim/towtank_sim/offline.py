@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from towtank_rig import Rig
 from towtank_rig.conversion import carriage_encoder, crank_encoder
-from towtank_rig.sensor_errors import SensorErrors
+from towtank_uncertainty.sensor_errors import SensorErrors
 
 from towtank_sim.axes import Vector, add, to_tank
 from towtank_sim.bench import Bench, TrueState

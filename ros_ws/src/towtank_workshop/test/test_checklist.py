@@ -17,7 +17,7 @@ from towtank_lab.accelerometer_calibration import SIX_POSITIONS
 from towtank_lab.virtual_sensors import VirtualSensors
 from towtank_rig import load_rig
 from towtank_rig.conversion import accelerometer_conversion, depth_conversion, pitch, roll
-from towtank_rig.sensor_errors import draw, error_terms, none, realise
+from towtank_uncertainty.sensor_errors import draw, error_terms, none, realise
 from towtank_workshop.checklist import (
     Item,
     accelerometer_item,

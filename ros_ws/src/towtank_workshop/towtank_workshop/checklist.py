@@ -32,15 +32,15 @@ from towtank_rig.conversion import (
     pressure_conversion,
     pressure_from_depth,
 )
-from towtank_rig.error_terms import (
+from towtank_rig.instruments import PressureSensorName
+from towtank_rig.motion import tow_point_motion
+from towtank_uncertainty.error_terms import (
     PRESSURE_SENSORS,
     accelerometer_error_terms,
     greatest,
     pressure_error_terms,
 )
-from towtank_rig.instruments import PressureSensorName
-from towtank_rig.motion import tow_point_motion
-from towtank_rig.sensor_errors import STANDARD_GRAVITY
+from towtank_uncertainty.sensor_errors import STANDARD_GRAVITY
 
 DOCTOR_SECONDS = 10.0  # of streaming, by default
 _TURNS = 10  # that are timed with the drive on

@@ -14,9 +14,9 @@ from rich.table import Table
 from towtank_daq.description import BoardDescription, installed_description, load_description
 from towtank_rig import Rig, RigError, load_rig
 from towtank_rig import appendix_three as thesis
-from towtank_rig.assumption_effects import AssumptionEffect, assumption_effects
-from towtank_rig.crank_uncertainty import CrankBudget
-from towtank_rig.statement import (
+from towtank_uncertainty.assumption_effects import AssumptionEffect, assumption_effects
+from towtank_uncertainty.crank_budget import CrankBudget
+from towtank_uncertainty.statement import (
     BoardNoise,
     Budget,
     Statement,

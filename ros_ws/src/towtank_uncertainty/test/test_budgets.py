@@ -7,15 +7,11 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
-from towtank_rig.error_terms import AXES
-from towtank_rig.uncertainty import (
-    COVERAGE,
-    OperatingPoint,
-    amplitude_noise,
-    depth_budget,
-    inclination_budget,
-    ratio_relative_uncertainty,
-)
+from towtank_rig.quantity import NORMAL_95
+from towtank_uncertainty.depth_budget import OperatingPoint, amplitude_noise, depth_budget
+from towtank_uncertainty.error_terms import AXES
+from towtank_uncertainty.inclination_budget import inclination_budget
+from towtank_uncertainty.ratio_budget import ratio_relative_uncertainty
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 BARE = RIG.replace({"calibrations": {}})
@@ -71,7 +67,7 @@ def test_two_spans_calibrated_to_half_a_percent_make_0_7_percent_of_the_ratio():
     rig = only(RIG, {})
     fish, depressor = (depth_budget(rig, sensor, AT) for sensor in SENSORS)
     # Both at the 95 % level: √2 · 0.5 %.
-    expanded = COVERAGE * ratio_relative_uncertainty(fish, depressor)
+    expanded = NORMAL_95 * ratio_relative_uncertainty(fish, depressor)
     assert expanded == pytest.approx(math.sqrt(2) * 0.005, rel=1e-12)
 
 
@@ -215,8 +211,8 @@ def test_gain_errors_of_an_accelerometer_act_only_when_pitched():
 
 def test_calibrated_inclinometer_is_far_better_than_the_data_sheet():
     calibrated, bare = inclination_budget(RIG), inclination_budget(BARE)
-    assert math.degrees(COVERAGE * calibrated.pitch) < 0.7
-    assert math.degrees(COVERAGE * bare.pitch) == pytest.approx(9.9, abs=0.2)
+    assert math.degrees(NORMAL_95 * calibrated.pitch) < 0.7
+    assert math.degrees(NORMAL_95 * bare.pitch) == pytest.approx(9.9, abs=0.2)
     assert len(bare.components) == 5 * len(AXES) + 6 + 1  # couplings, supply
     assert len(calibrated.components) == 5 * len(AXES) + 1
 
@@ -240,7 +236,7 @@ def test_zeroing_in_the_water_leaves_the_way_from_there():
 def test_interval_of_one_limit_is_that_limit():
     budget = depth_budget(only(BARE, {"span": 0.01}), "fish_pressure", AT)
     assert budget.depth_u95() == pytest.approx(0.95 * 0.01 * 1.2, rel=1e-3)
-    assert COVERAGE * budget.depth == pytest.approx(1.13 * 0.01 * 1.2, rel=1e-2)
+    assert NORMAL_95 * budget.depth == pytest.approx(1.13 * 0.01 * 1.2, rel=1e-2)
 
 
 def test_flow_and_water_make_no_error_of_the_pressure():

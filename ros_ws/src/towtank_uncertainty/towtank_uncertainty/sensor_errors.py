@@ -3,7 +3,7 @@
 
 The virtual bench turns the true pressure and specific force into volts at the sensors' terminals
 with one; a Monte Carlo study takes many at once. The errors come from the distributions of
-towtank_rig.error_terms, those that the uncertainty budget is made of.
+towtank_uncertainty.error_terms, those that the uncertainty budget is made of.
 
 In many realisations at once every error is an array with one value a realisation in its first
 axis; what the sensors are given then needs that axis, or none.
@@ -16,7 +16,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from towtank_rig.conversion import (
     AccelerometerConversion,
     PressureConversion,
@@ -25,7 +24,10 @@ from towtank_rig.conversion import (
     pressure_conversion,
     rotation,
 )
-from towtank_rig.error_terms import (
+from towtank_rig.instruments import PressureSensorName
+from towtank_rig.schema import Rig, Water
+
+from towtank_uncertainty.error_terms import (
     AXES,
     PRESSURE_SENSORS,
     ErrorTerm,
@@ -33,8 +35,6 @@ from towtank_rig.error_terms import (
     draw_tolerance,
     pressure_error_terms,
 )
-from towtank_rig.instruments import PressureSensorName
-from towtank_rig.schema import Rig, Water
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
-from towtank_rig.statement import (
+from towtank_uncertainty.statement import (
     BoardNoise,
     as_json,
     default_conditions,

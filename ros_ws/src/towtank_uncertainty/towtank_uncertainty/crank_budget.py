@@ -14,15 +14,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-
 from towtank_rig.conversion import crank_encoder
-from towtank_rig.coverage import Distribution, Rectangular, Scaled, half_width
-from towtank_rig.error_terms import distribution_of
 from towtank_rig.motion import tow_point_motion
 from towtank_rig.schema import Rig
-from towtank_rig.statement import Budget, Line
 from towtank_rig.tow import TowPoint
-from towtank_rig.uncertainty import UNKNOWN, SampleUncertainty
+
+from towtank_uncertainty.error_terms import distribution_of
+from towtank_uncertainty.intervals import Distribution, Rectangular, Scaled, half_width
+from towtank_uncertainty.sample import UNKNOWN, SampleUncertainty
+from towtank_uncertainty.statement import Budget, Line
 
 # The ratio of the 95 % interval to the standard uncertainty takes a millisecond and changes slowly
 _ANGLE_STEPS = 64  # of a turn

@@ -14,15 +14,11 @@ from towtank_rig.conversion import (
     roll,
     rotation,
 )
-from towtank_rig.coverage import half_width
-from towtank_rig.sensor_errors import add_noise, draw, draw_many, error_terms, none, realise
-from towtank_rig.uncertainty import (
-    OperatingPoint,
-    depth_budget,
-    inclination_budget,
-    ratio_errors,
-    ratio_relative_uncertainty,
-)
+from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
+from towtank_uncertainty.inclination_budget import inclination_budget
+from towtank_uncertainty.intervals import half_width
+from towtank_uncertainty.ratio_budget import ratio_errors, ratio_relative_uncertainty
+from towtank_uncertainty.sensor_errors import add_noise, draw, draw_many, error_terms, none, realise
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 BARE = RIG.replace({"calibrations": {}})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from towtank_rig.coverage import (
+from towtank_uncertainty.intervals import (
     Normal,
     Oscillation,
     Product,

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from towtank_rig.conversion import (
     depth_from_pressure,
     flow_pressure,
@@ -22,11 +21,12 @@ from towtank_rig.conversion import (
     pressure_from_depth,
     rotation,
 )
-from towtank_rig.error_terms import draw_tolerance
 from towtank_rig.instruments import PressureSensorName
 from towtank_rig.schema import Rig
-from towtank_rig.sensor_errors import PressureSensorErrors, draw_many
-from towtank_rig.uncertainty import OperatingPoint
+
+from towtank_uncertainty.depth_budget import OperatingPoint
+from towtank_uncertainty.error_terms import draw_tolerance
+from towtank_uncertainty.sensor_errors import PressureSensorErrors, draw_many
 
 Array = NDArray[np.float64]
 

@@ -13,19 +13,19 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
 from towtank_rig.conversion import depth_from_pressure
-from towtank_rig.coverage import Distribution, Normal, half_width
 from towtank_rig.instruments import PressureSensorName
-from towtank_rig.monte_carlo import Array, Propagated, RandomSensors
 from towtank_rig.schema import Rig
-from towtank_rig.uncertainty import (
+
+from towtank_uncertainty.depth_budget import (
     Component,
     OperatingPoint,
     amplitude_noise,
     depth_budget,
-    inclination_budget,
-    ratio_components,
-    ratio_errors,
 )
+from towtank_uncertainty.inclination_budget import inclination_budget
+from towtank_uncertainty.intervals import Distribution, Normal, half_width
+from towtank_uncertainty.monte_carlo import Array, Propagated, RandomSensors
+from towtank_uncertainty.ratio_budget import ratio_components, ratio_errors
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The systematic errors of a rig's sensors, one term each.
 
-Both the uncertainty budget (towtank_rig.uncertainty) and the random sensors of the virtual bench
-(towtank_rig.sensor_errors) read this list, so a stated interval and the errors that it must cover
-cannot drift apart.
+Both the budgets (depth_budget, inclination_budget) and the random sensors of the virtual bench
+(sensor_errors) read this list, so a stated interval and the errors that it must cover cannot drift
+apart.
 """
 
 import math
@@ -14,11 +14,11 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-
-from towtank_rig.coverage import Distribution, Normal, Product, Rectangular
 from towtank_rig.instruments import PressureSensorName
 from towtank_rig.quantity import Quantity, Tolerance
 from towtank_rig.schema import Rig
+
+from towtank_uncertainty.intervals import Distribution, Normal, Product, Rectangular
 
 PRESSURE_SENSORS: tuple[PressureSensorName, ...] = ("fish_pressure", "depressor_pressure")
 AXES = ("x", "y", "z")

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
-from towtank_rig.assumption_effects import assumption_effects
-from towtank_rig.statement import BoardNoise, default_conditions, trial_budgets
+from towtank_uncertainty.assumption_effects import assumption_effects
+from towtank_uncertainty.statement import BoardNoise, default_conditions, trial_budgets
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 AT = default_conditions(RIG)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
-from towtank_rig.appendix_three import DEPTH, PRINTED, appendix_three
+from towtank_uncertainty.appendix_three import DEPTH, PRINTED, appendix_three
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from pydantic import BaseModel
-
 from towtank_rig.quantity import Tolerance
 from towtank_rig.schema import Rig
-from towtank_rig.statement import BoardNoise, Conditions, trial_budgets
+
+from towtank_uncertainty.statement import BoardNoise, Conditions, trial_budgets
 
 Node = TypeVar("Node", bound=BaseModel)
 

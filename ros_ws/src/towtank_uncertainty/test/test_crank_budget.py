@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from towtank_rig import load_rig
 from towtank_rig.conversion import crank_encoder
-from towtank_rig.crank_uncertainty import CrankBudget
-from towtank_rig.error_terms import draw_tolerance
 from towtank_rig.loading import vary
 from towtank_rig.motion import tow_point_motion
+from towtank_uncertainty.crank_budget import CrankBudget
+from towtank_uncertainty.error_terms import draw_tolerance
 
 RIGS = Path(__file__).resolve().parents[4] / "hardware" / "rigs"
 RIG = load_rig(RIGS / "nit_calicut_2012.yaml")

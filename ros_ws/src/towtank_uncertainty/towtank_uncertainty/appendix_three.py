@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from towtank_rig.conversion import depth_from_pressure, flow_pressure
 from towtank_rig.schema import Rig
-from towtank_rig.uncertainty import OperatingPoint, depth_budget
+
+from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
 
 DEPTH = 2.2  # m
 PRINTED = 0.0274  # m

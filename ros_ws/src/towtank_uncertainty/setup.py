@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+from setuptools import find_packages, setup
+
+PACKAGE = "towtank_uncertainty"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Uncertainty of towtank's measurements: error terms, budgets, Monte Carlo.",
+    author="towtank maintainers",
+    license="Apache-2.0",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    install_requires=["setuptools", "numpy", "scipy"],
+    zip_safe=True,
+)
