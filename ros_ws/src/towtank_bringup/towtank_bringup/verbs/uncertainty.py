@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from towtank_daq.description import BoardDescription, installed_description, load_description
 from towtank_rig import Rig, RigError, load_rig
-from towtank_rig import appendix_three as thesis
+from towtank_uncertainty import appendix_three as thesis
 from towtank_uncertainty.assumption_effects import AssumptionEffect, assumption_effects
 from towtank_uncertainty.crank_budget import CrankBudget
 from towtank_uncertainty.statement import (
