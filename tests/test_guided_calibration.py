@@ -36,7 +36,7 @@ from towtank_rig.conversion import (
     pressure_conversion,
     pressure_from_depth,
 )
-from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_sim.bench_frame import bench_frame
 from towtank_uncertainty import sensor_errors
 from vboard import ResetCause
 
@@ -52,7 +52,6 @@ class VirtualLine(Transport):
 
     def __init__(self, board: VirtualBoard, sensors: VirtualSensors) -> None:
         self._board, self._sensors = board, sensors
-        self._layout = BenchFrameLayout()
         self._frames = 0
         board.run_until(_LEAD_NS)
 
@@ -71,7 +70,7 @@ class VirtualLine(Transport):
             while self._frames * _FRAME_NS < self._board.now_ns + _LEAD_NS:
                 self._frames += 1
                 self._board.push_bench(
-                    self._layout.pack(
+                    bench_frame(
                         self._frames,
                         self._frames * _FRAME_NS,
                         self._sensors.terminal_volts(),

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that `board.yaml` is consistent and write the C header `board_protocol.h` from it.
+"""Check that `board.yaml` is consistent and write what follows from it, for C or for Python.
 
-    python generate.py OUTPUT
+    python generate.py OUTPUT.h     # board_protocol.h, of firmware and virtual board
+    python generate.py OUTPUT.py    # protocol_records.py, of whatever speaks to them
 
 For every frame, request arguments, response data and the bench frame the header holds
-`struct NAME`, `NAME_SIZE`, `NAME_pack` and `NAME_unpack` (little-endian bytes, no padding).
-A struct holds the fields that the file lists; type, request id and status are the callers'.
+`struct NAME`, `NAME_SIZE`, `NAME_pack` and `NAME_unpack` (little-endian bytes, no padding), the
+module a record `Name` with `pack` and `unpack`. They hold the fields that the file lists; type,
+request id and status are the callers'.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from typing import Any
 from schema_hash import load_board, schema_hash
 
 BOARD_YAML = Path(__file__).with_name("board.yaml")
+RECORDS_HEAD = Path(__file__).with_name("records_head.py")
 
 INTEGER_BYTES = {"u8": 1, "u16": 2, "u24": 3, "u32": 4, "u64": 8, "i16": 2, "i32": 4, "i64": 8}
 C_TYPES = {
@@ -32,6 +35,20 @@ C_TYPES = {
     "i32": "int32_t",
     "i64": "int64_t",
     "f64": "double",
+}
+PYTHON_TYPES = dict.fromkeys(C_TYPES, "int") | {"f64": "float"}
+# Numbers with names: what each is called in C and in Python, and whether it holds bits.
+ENUMERATIONS = {
+    "status": ("STATUS", "Status", False),
+    "board_state": ("STATE", "BoardState", False),
+    "configuration_origin": ("CONFIGURATION_ORIGIN", "ConfigurationOrigin", False),
+    "data_flags": ("FLAG", "DataFlag", True),
+    "reset_cause": ("RESET_CAUSE", "ResetCause", True),
+    "adc_error": ("ADC_ERROR", "AdcError", True),
+    "identity_state": ("IDENTITY_STATE", "IdentityState", False),
+    "drive_state": ("DRIVE_STATE", "DriveStatus", False),
+    "drive_trip": ("DRIVE_TRIP", "DriveTrip", False),
+    "drive_action": ("DRIVE_ACTION", "DriveAction", False),
 }
 # AD7124 input multiplexer codes (CHANNEL register, AINP and AINM).
 INPUTS = {f"AIN{i}": i for i in range(16)} | {
@@ -66,6 +83,9 @@ class Field:
         self.scalar = match[1]
         self.count = int(match[2]) if match[2] else None
 
+    def __repr__(self) -> str:
+        return f"{self.name} {self.scalar} {self.count}"
+
     @property
     def scalar_size(self) -> int:
         return INTEGER_BYTES.get(self.scalar, 8)
@@ -75,18 +95,22 @@ class Field:
         return self.scalar_size * (self.count or 1)
 
 
+def fields_of(listed: list[list[str]]) -> list[Field]:
+    return [Field(*field) for field in listed]
+
+
 def layouts(board: dict[str, Any]) -> Iterator[tuple[str, list[Field]]]:
     """Every layout as (C name, fields); one that a response shares with another is not repeated."""
     known = [frame["fields"] for frame in board["stream"].values()]
     known += [command["arguments"] for command in board["commands"].values()]
     for name, frame in board["stream"].items():
-        yield f"{name}_frame", [Field(*field) for field in frame["fields"]]
+        yield f"{name}_frame", fields_of(frame["fields"])
     for name, command in board["commands"].items():
         if command["arguments"]:
-            yield f"{name}_arguments", [Field(*field) for field in command["arguments"]]
+            yield f"{name}_arguments", fields_of(command["arguments"])
         if command["response"] and command["response"] not in known:
-            yield f"{name}_response", [Field(*field) for field in command["response"]]
-    yield "bench_frame", [Field(*field) for field in board["bench"]["fields"]]
+            yield f"{name}_response", fields_of(command["response"])
+    yield "bench_frame", fields_of(board["bench"]["fields"])
 
 
 def check_consistency(board: dict[str, Any]) -> None:
@@ -371,13 +395,8 @@ def constant_lines(board: dict[str, Any]) -> Iterator[str]:
         yield define(f"BOARD_FRAME_{name.upper()}", hexadecimal(frame["type"], 2))
     for name, command in board["commands"].items():
         yield define(f"BOARD_COMMAND_{name.upper()}", hexadecimal(command["type"], 2))
-    for group in (
-        *("status", "board_state", "configuration_origin", "data_flags", "reset_cause"),
-        *("adc_error", "identity_state"),
-        *("drive_state", "drive_trip", "drive_action"),
-    ):
+    for group, (prefix, _, _) in ENUMERATIONS.items():
         for name, value in board[group].items():
-            prefix = {"board_state": "STATE", "data_flags": "FLAG"}.get(group, group.upper())
             yield define(f"BOARD_{prefix}_{name.upper()}", f"{value}u")
     yield ""
     yield define("BOARD_BENCH_MAGIC", u32(board["bench"]["magic"]))
@@ -455,9 +474,75 @@ def header(board: dict[str, Any]) -> str:
     return "\n".join([*lines, "", "#endif", ""])
 
 
+# ------------------------------------------------------------------------------- in Python
+
+
+def class_name(layout: str) -> str:
+    """A record's name, after that of its struct."""
+    return "".join(word.capitalize() for word in layout.split("_"))
+
+
+def record_lines(name: str, fields: list[Field], frame_type: int | None) -> Iterator[str]:
+    kinds = " ".join(f.scalar + (f"[{f.count}]" if f.count else "") for f in fields)
+    yield from ("", "", "@dataclass(frozen=True, slots=True)", f"class {class_name(name)}(Record):")
+    if frame_type is not None:
+        yield f"    TYPE: ClassVar[int] = 0x{frame_type:02X}"
+    yield f'    LAYOUT: ClassVar[Layout] = Layout("{kinds}")'
+    for field in fields:
+        kind = PYTHON_TYPES[field.scalar]
+        yield f"    {field.name}: {kind if field.count is None else f'tuple[{kind}, ...]'}"
+
+
+def request_lines(board: dict[str, Any], known: dict[str, list[Field]]) -> Iterator[str]:
+    """A constant for each command without arguments, a function for each with them."""
+    names = {str(fields): class_name(name) for name, fields in known.items()}
+    for name, command in board["commands"].items():
+        answer = names[str(fields_of(command["response"]))] if command["response"] else "Empty"
+        made = f'"{name}", 0x{command["type"]:02X}, {answer}'
+        if not command["arguments"]:
+            yield f"{name.upper()}: Request[{answer}] = Request({made})"
+            continue
+        arguments = class_name(f"{name}_arguments")
+        yield from ("", "", f"def {name}(arguments: {arguments}) -> Request[{answer}]:")
+        yield f'    """`{name}` with its arguments. Raises RecordError."""'
+        yield f"    return Request({made}, arguments.pack())"
+        yield from ("", "")
+
+
+def records(board: dict[str, Any]) -> str:
+    known = dict(layouts(board))
+    types = {f"{name}_frame": frame["type"] for name, frame in board["stream"].items()}
+    frames = [class_name(name) for name in types]
+    lines = [
+        f"PROTOCOL = {board['protocol']}",
+        f"SCHEMA_HASH = 0x{schema_hash(board):08X}",
+        f"TICK_HZ = {board['microcontroller']['tick_hz']}",
+        f"CHANNELS = {tuple(channel['name'] for channel in board['channels'])}",
+        f"RESPONSE_BIT = 0x{board['wire']['response_bit']:02X}",
+        f"BENCH_MAGIC = 0x{board['bench']['magic']:08X}",
+    ]
+    for group, (_, name, is_flag) in ENUMERATIONS.items():
+        lines += ["", "", f"class {name}(enum.{'IntFlag' if is_flag else 'IntEnum'}):"]
+        lines += [f"    {member.upper()} = {value}" for member, value in board[group].items()]
+    for name, fields in known.items():
+        lines += record_lines(name, fields, types.get(name))
+    lines += ["", "", f"StreamFrame: TypeAlias = {' | '.join(frames)}"]
+    members = ", ".join(f"{name}.TYPE: {name}" for name in frames)
+    lines += [f"STREAM: Mapping[int, type[StreamFrame]] = {{{members}}}", ""]
+    commands = ", ".join(
+        f'0x{command["type"]:02X}: "{name}"' for name, command in board["commands"].items()
+    )
+    lines += [f"COMMANDS: Mapping[int, str] = {{{commands}}}", ""]
+    lines += request_lines(board, known)
+    return RECORDS_HEAD.read_text(encoding="utf-8") + "\n".join([*lines, ""])
+
+
+WRITERS = {".h": header, ".py": records}
+
+
 def main() -> int:
-    if len(sys.argv) != 2:
-        print("usage: generate.py OUTPUT", file=sys.stderr)
+    if len(sys.argv) != 2 or Path(sys.argv[1]).suffix not in WRITERS:
+        print("usage: generate.py OUTPUT.h|OUTPUT.py", file=sys.stderr)
         return 2
     board = load_board(BOARD_YAML)
     try:
@@ -467,7 +552,7 @@ def main() -> int:
         return 1
     output = Path(sys.argv[1])
     output.parent.mkdir(parents=True, exist_ok=True)
-    output.write_text(header(board), encoding="utf-8")
+    output.write_text(WRITERS[output.suffix](board), encoding="utf-8")
     return 0
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import sys
 import tempfile
+import types
 import unittest
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +21,7 @@ from generate import (
     config_register,
     header,
     layouts,
+    records,
 )
 from schema_hash import load_board, schema_hash
 
@@ -128,6 +131,34 @@ class Generation(unittest.TestCase):
         self.assertEqual(sizes["bench_frame"], 80)
         self.assertEqual(sizes["identify_response"], 21)
 
+    def test_arrays_have_as_many_elements_as_the_list_that_they_name(self) -> None:
+        """A board with a channel less in the file itself: every record follows, nothing clashes."""
+        before, _, rest = BOARD_YAML.read_text(encoding="utf-8").partition("  - name: excitation")
+        after = rest[rest.index("\n# One more slot") :]
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "board.yaml"
+            path.write_text(before + after, encoding="utf-8")
+            board = load_board(path)
+        check_consistency(board)
+        counts = {
+            (name, field.name): field.count
+            for name, fields in layouts(board)
+            for field in fields
+            if field.count
+        }
+        self.assertEqual(
+            counts,
+            {
+                ("data_frame", "codes"): 5,
+                ("identify_response", "firmware_version"): 3,
+                ("configure_arguments", "gains"): 5,
+                ("configure_arguments", "order"): 5,
+                ("self_test_response", "rest_codes"): 3,
+                ("self_test_response", "deflected_codes"): 3,
+                ("bench_frame", "terminal_volts"): 5,
+            },
+        )
+
     def test_register_words_of_the_data_sheet(self) -> None:
         setups = self.board["adc"]["setups"]
         self.assertEqual(config_register(setups["bridge"]), 0x0960)
@@ -136,6 +167,42 @@ class Generation(unittest.TestCase):
 
     def test_header_carries_the_hash(self) -> None:
         self.assertIn(f"UINT32_C({schema_hash(self.board)})", header(self.board))
+
+
+class Records(unittest.TestCase):
+    """The generated module, imported, against bytes that are made here by hand."""
+
+    def setUp(self) -> None:
+        board = load_board(BOARD_YAML)
+        self.module = types.ModuleType("protocol_records")
+        sys.modules["protocol_records"] = self.module  # where its dataclasses look for their types
+        self.addCleanup(sys.modules.pop, "protocol_records")
+        exec(records(board), self.module.__dict__)
+
+    def test_fields_in_the_order_of_the_file_and_little_endian(self) -> None:
+        arguments = self.module.ConfigureArguments(
+            0x0102, 3, 0x0405, (1,) * 6, (0, 1, 2, 3, 4, 255)
+        )
+        bytes_by_hand = b"\x02\x01\x03\x05\x04" + b"\x01" * 6 + b"\x00\x01\x02\x03\x04\xff"
+        self.assertEqual(arguments.pack(), bytes_by_hand)
+        self.assertEqual(self.module.ConfigureArguments.unpack(bytes_by_hand), arguments)
+
+    def test_numbers_of_24_bits(self) -> None:
+        codes = bytes.fromhex("010000 ffffff 000080 563412 000000 feffff")
+        payload = b"\x2c\x02\x00\x03\x00\x00\x00\x3f" + codes + bytes(9)
+        frame = self.module.DataFrame.unpack(payload)
+        self.assertEqual(frame.codes, (1, 0xFFFFFF, 0x800000, 0x123456, 0, 0xFFFFFE))
+        self.assertEqual(frame.pack(), payload)
+        with self.assertRaisesRegex(self.module.RecordError, "34 bytes in place of 35"):
+            self.module.DataFrame.unpack(payload[1:])
+
+    def test_a_request_knows_its_answer(self) -> None:
+        self.assertIs(self.module.SYNC.answer, self.module.SyncResponse)
+        self.assertIs(self.module.COUNTERS.answer, self.module.HealthFrame)
+        identity = self.module.SetIdentityArguments(1, 2)
+        request = self.module.set_identity(identity)
+        self.assertEqual((request.frame_type, request.arguments), (0x0C, identity.pack()))
+        self.assertIs(request.answer, self.module.Empty)
 
 
 class SchemaHash(unittest.TestCase):

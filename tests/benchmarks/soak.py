@@ -23,7 +23,8 @@ from rich.table import Table
 from towtank_daq.board import AdcBoard, Scan, Transport
 from towtank_daq.configuration import configuration_at
 from towtank_daq.description import BoardDescription, installed_description, load_description
-from towtank_daq.protocol import HealthRecord, Protocol
+from towtank_daq.protocol import Protocol, troubles
+from towtank_daq.protocol_records import HealthFrame
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "firmware" / "vboard"))
@@ -266,7 +267,7 @@ def _set_time(board: Any, ticks: int) -> None:
     board.preset("overflows", struct.pack("<I", ticks >> 16))
 
 
-def _settle(account: Account, driver: AdcBoard, health: HealthRecord) -> None:
+def _settle(account: Account, driver: AdcBoard, health: HealthFrame) -> None:
     counted = driver.statistics
     account.scheduled = health.scans_scheduled
     account.received = counted.scans_received
@@ -275,7 +276,7 @@ def _settle(account: Account, driver: AdcBoard, health: HealthRecord) -> None:
     account.bad_frames = counted.frames.bad + counted.unknown_frames
     account.sync_failures = counted.sync_failures
     account.restarts = counted.restarts
-    account.troubles = health.troubles
+    account.troubles = troubles(health)
 
 
 def say(line: str) -> None:

@@ -12,8 +12,9 @@ from pathlib import Path
 from towtank_lab.virtual_sensors import VirtualSensors
 from towtank_rig import Rig
 from towtank_rig.conversion import crank_encoder
-from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_sim.bench_frame import bench_frame
 from towtank_sim.bench_socket import BenchSocket, BenchSocketError
+from towtank_sim.protocol_records import CHANNELS
 from towtank_uncertainty import sensor_errors
 
 from towtank_bringup.environment import runtime_folder
@@ -32,8 +33,7 @@ def virtual_station(rig: Rig, rig_file: Path, seed: int) -> Iterator[tuple[Path,
     Raises PlanError if the board is not built, ProcessError or BenchSocketError if it fails,
     EnvironmentProblem if there is no folder for its socket.
     """
-    layout = BenchFrameLayout()
-    sensors = VirtualSensors(rig, sensor_errors.draw(rig, seed), layout.channels)
+    sensors = VirtualSensors(rig, sensor_errors.draw(rig, seed), CHANNELS)
     with runtime_folder() as folder:
         settings = VirtualTankSettings(
             plant_rig=rig_file,
@@ -48,21 +48,21 @@ def virtual_station(rig: Rig, rig_file: Path, seed: int) -> Iterator[tuple[Path,
         processes = ProcessGroup(folder / "logs")
         try:
             processes.start((virtual_board(settings),), processes.check)
-            with BenchSocket(str(settings.bench_socket)) as socket, _fed(socket, layout, sensors):
+            with BenchSocket(str(settings.bench_socket)) as socket, _fed(socket, sensors):
                 yield settings.port, sensors
         finally:
             processes.stop()
 
 
 @contextlib.contextmanager
-def _fed(socket: BenchSocket, layout: BenchFrameLayout, sensors: VirtualSensors) -> Iterator[None]:
+def _fed(socket: BenchSocket, sensors: VirtualSensors) -> Iterator[None]:
     """Send the terminals' state to the board as long as the context lasts."""
     ending = threading.Event()
 
     def feed() -> None:
         number = 0
         while not ending.wait(_FRAME_S):
-            frame = layout.pack(
+            frame = bench_frame(
                 number,
                 time.monotonic_ns() + _LEAD_NS,
                 sensors.terminal_volts(),

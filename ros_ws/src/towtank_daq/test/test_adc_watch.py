@@ -5,7 +5,7 @@ import dataclasses
 
 import pytest
 from towtank_daq.adc_watch import AdcWatch
-from towtank_daq.protocol import HealthRecord
+from towtank_daq.protocol_records import HealthFrame
 
 RESTART = 0x10
 PERIOD_NS = 10_000_000
@@ -69,7 +69,7 @@ def test_scans_without_a_channel_that_the_board_knows_no_reason_for_are_no_set_u
 
 def test_each_new_kind_of_error_is_told_once(protocol):
     watch = AdcWatch(protocol)
-    health = HealthRecord(*[0] * 19)
+    health = HealthFrame(*[0] * 19)
 
     def told(bits: int) -> list[str]:
         return list(watch.health(dataclasses.replace(health, adc_error_bits=bits)))

@@ -15,6 +15,7 @@ import pytest
 from towtank_daq.board import AdcBoard, BoardError, Transport
 from towtank_daq.configuration import Configuration, configuration_at
 from towtank_daq.identity import NO_NUMBER, StoredIdentity
+from towtank_daq.protocol_records import configure
 
 ROOT = Path(__file__).parents[4]
 ELF = ROOT / "build" / "firmware" / "towtank_board.elf"
@@ -387,7 +388,7 @@ def test_power_lost_while_the_configuration_is_written(
     driver.configure(old)
     driver.configure(configuration_at(description, 100))
     driver.configure(old)
-    line.board.write(protocol.request("configure", 77, **new.arguments(description)))
+    line.board.write(protocol.request(configure(new.arguments(description)), 77))
     line.read_for(after_ms * MS)
     line.board.reset(vboard.ResetCause.POWER_ON)
     line.read_for(100 * MS)

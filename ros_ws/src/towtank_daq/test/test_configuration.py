@@ -12,7 +12,7 @@ from towtank_daq.configuration import (
     configuration_at,
     configuration_of,
 )
-from towtank_daq.protocol import ConfigurationRecord
+from towtank_daq.protocol_records import ConfigureArguments
 
 
 @pytest.fixture
@@ -29,13 +29,13 @@ def test_filter_word_fits_the_period(description, rate_hz, fs):
 
 def test_arguments(standard, description):
     changed = replace(standard, filter_type="sinc4", order=("accel_z", "excitation"))
-    assert changed.arguments(description) == {
-        "rate_hz": 100,
-        "filter_type": 0,
-        "filter_fs": 6,
-        "gains": (1, 1, 1, 1, 1, 1),
-        "order": (4, 5, 255, 255, 255, 255),
-    }
+    assert changed.arguments(description) == ConfigureArguments(
+        rate_hz=100,
+        filter_type=0,
+        filter_fs=6,
+        gains=(1, 1, 1, 1, 1, 1),
+        order=(4, 5, 255, 255, 255, 255),
+    )
     assert changed.valid_mask(description) == 0b110000
 
 
@@ -79,5 +79,4 @@ def test_refusals_name_the_mend(standard, description, change, message):
 def test_what_the_board_says_comes_back(description, rate_hz, order, count):
     names = tuple(description.channel_names[i] for i in order[:count])
     configuration = replace(configuration_at(description, rate_hz), order=names)
-    record = ConfigurationRecord(**configuration.arguments(description))
-    assert configuration_of(record, description) == configuration
+    assert configuration_of(configuration.arguments(description), description) == configuration

@@ -4,12 +4,12 @@
 from dataclasses import replace
 
 import pytest
-from towtank_daq.protocol import SelfTestRecord
+from towtank_daq.protocol_records import SelfTestResponse
 from towtank_daq.self_test import judge
 
 # Hand values: 20 mV with gain 32 is 0.64 V of 2.5 V; AVDD/6 is 0.55 V of 2.5 V on either reference;
 # 50 mV on the accelerometer are 254 200 of 2^24 codes in 3.3 V.
-SOUND = SelfTestRecord(
+SOUND = SelfTestResponse(
     adc_id=0x14,
     spi_errors=0,
     conversions_missing=0,
@@ -56,6 +56,6 @@ def test_each_fault_is_named_with_its_mend(description, fault, finding):
 
 
 def test_a_silent_adc_is_the_only_finding(description):
-    silent = SelfTestRecord(0, 0, 0, 0, 0, 0, 0, 0, (0, 0, 0), (0, 0, 0))
+    silent = SelfTestResponse(0, 0, 0, 0, 0, 0, 0, 0, (0, 0, 0), (0, 0, 0))
     (finding,) = judge(silent, description).failures
     assert str(finding).startswith("ADC answers: 0 (1 to 1): check the ADC's 3.3 V supply")

@@ -50,7 +50,7 @@ from towtank_daq.description import (
     load_description,
 )
 from towtank_daq.identity import calibration_mismatch, number_text
-from towtank_daq.protocol import Protocol, ProtocolError
+from towtank_daq.protocol import Protocol, ProtocolError, troubles
 from towtank_daq.serial_port import SerialPort
 
 _POLL_S = 0.05  # how soon the serial thread sees that it shall end, or what the drive is asked for
@@ -387,7 +387,7 @@ class AdcBoardNode(ManagedNode):
                 health.configuration_origin
             )
             details["board_adc_told_of"] = self._protocol.adc_errors(health.adc_error_bits)
-            details |= {f"board_{name}": count for name, count in health.troubles.items()}
+            details |= {f"board_{name}": count for name, count in troubles(health).items()}
         return details
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from towtank_daq.protocol import HealthRecord, Protocol
+from towtank_daq.protocol import Protocol
+from towtank_daq.protocol_records import HealthFrame
 
 OUTAGE_S = 1.0
 """So long without any channel, and it is told, s."""
@@ -80,7 +81,7 @@ class AdcWatch:
         elif not self._restarted:
             self._without = 0
 
-    def health(self, record: HealthRecord) -> Iterator[str]:
+    def health(self, record: HealthFrame) -> Iterator[str]:
         """The board's counters as they stand; the first may tell of an earlier host's runs."""
         known, self._bits = self._bits, record.adc_error_bits
         new = record.adc_error_bits & ~(known or 0)

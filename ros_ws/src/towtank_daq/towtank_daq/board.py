@@ -65,17 +65,30 @@ from towtank_daq.configuration import (
 )
 from towtank_daq.framing import FrameCounters, FrameReader
 from towtank_daq.identity import StoredIdentity, number_text
-from towtank_daq.protocol import (
-    Answer,
-    BootRecord,
-    DataRecord,
-    DriveRecord,
-    HealthRecord,
-    Identity,
-    Protocol,
-    ProtocolError,
-    Response,
-    Started,
+from towtank_daq.protocol import Protocol, ProtocolError, Response
+from towtank_daq.protocol_records import (
+    CONFIGURATION,
+    COUNTERS,
+    IDENTIFY,
+    IDENTITY,
+    RESET,
+    SELF_TEST,
+    START,
+    STOP,
+    SYNC,
+    AnswerT,
+    BootFrame,
+    DataFrame,
+    DriveArguments,
+    DriveFrame,
+    HealthFrame,
+    IdentifyResponse,
+    Request,
+    SetIdentityArguments,
+    StartResponse,
+    configure,
+    drive,
+    set_identity,
 )
 from towtank_daq.self_test import SelfTest, judge
 
@@ -260,9 +273,9 @@ class AdcBoard:
         self.clock = self._new_clock()
         self.statistics = Statistics(frames=self._reader.counters)
         self._adc_watch = AdcWatch(protocol)
-        self.health: HealthRecord | None = None
+        self.health: HealthFrame | None = None
         self.drive_state: DriveState | None = None
-        self.identity: Identity | None = None
+        self.identity: IdentifyResponse | None = None
         self._heard_ns: int | None = None  # when the last good frame came that was not old
         self._read_ns = monotonic_ns()  # when the line was last read, or opened
         self._behind = False  # what is read has waited for an unknown time
@@ -319,7 +332,7 @@ class AdcBoard:
         self._heard_ns = None
         self._down = ""
 
-    def connect(self, timeout_s: float = CONNECT_TIMEOUT_S) -> Identity:
+    def connect(self, timeout_s: float = CONNECT_TIMEOUT_S) -> IdentifyResponse:
         """Find the board and make sure that it speaks this protocol; leaves it idle.
 
         A board that runs is heard within a second. One that resets because its port was opened is
@@ -327,7 +340,7 @@ class AdcBoard:
         reset by DTR; where that does nothing, it is waited for as for a bootloader that is held.
         """
         self.identity = self._identified(self._find(timeout_s))
-        self._command("stop")
+        self._command(STOP)
         counters = self.counters()
         self._take_boot_count(counters)
         if self._last_scan_epoch and not self._has_run_on(self.board_time()):
@@ -343,7 +356,7 @@ class AdcBoard:
         while True:
             may_be_held = self._now_ns() - self._spoke_ns < 1e9 * _HELD_S
             response = self._exchange(
-                "identify", _IDENTIFY_TIMEOUT_S, fresh_s=_FRESH_S if may_be_held else math.inf
+                IDENTIFY, _IDENTIFY_TIMEOUT_S, fresh_s=_FRESH_S if may_be_held else math.inf
             )
             if response is not None:
                 return response
@@ -365,7 +378,7 @@ class AdcBoard:
         except ConfigurationError as error:
             raise BoardError(str(error)) from error
         try:
-            self._command("configure", **arguments)
+            self._command(configure(arguments))
         except Refused as error:
             # A crank that still comes to rest is no reason to wait with what is in force already
             if error.status != "drive_turns" or self.configuration() != configuration:
@@ -375,15 +388,15 @@ class AdcBoard:
 
     def configuration(self) -> Configuration:
         """How the board would scan now, whoever configured it."""
-        return configuration_of(self._command("configuration"), self._board)
+        return configuration_of(self._command(CONFIGURATION), self._board)
 
-    def counters(self) -> HealthRecord:
+    def counters(self) -> HealthFrame:
         """The board's counters as they stand now."""
-        return self._command("counters")
+        return self._command(COUNTERS)
 
     def stored_identity(self) -> StoredIdentity:
         """What the board has stored of itself, read now."""
-        record = self._command("identity")
+        record = self._command(IDENTITY)
         return StoredIdentity(
             _name(self._board.identity_state, record.state),
             record.board_serial,
@@ -398,11 +411,11 @@ class AdcBoard:
         for name, number in (("serial number", board_serial), ("calibration id", calibration_id)):
             if not 0 <= number < 2**32 - 1:
                 raise BoardError(f"{name} {number}: give one from 0 to {2**32 - 2}")
-        self._command("set_identity", board_serial=board_serial, calibration_id=calibration_id)
+        self._command(set_identity(SetIdentityArguments(board_serial, calibration_id)))
 
     def self_test(self) -> SelfTest:
         """Let the idle board measure itself (0.3 s), and judge what it found."""
-        record = self._command("self_test", timeout_s=_SELF_TEST_TIMEOUT_S)
+        record = self._command(SELF_TEST, timeout_s=_SELF_TEST_TIMEOUT_S)
         return judge(record, self._board)
 
     def reset(self) -> float:
@@ -415,9 +428,9 @@ class AdcBoard:
         self._booted = False
         for _ in range(_ATTEMPTS):
             asked_ns = self._now_ns()
-            response = self._exchange("reset", _ANSWER_TIMEOUT_S)
+            response = self._exchange(RESET, _ANSWER_TIMEOUT_S)
             if response is not None:
-                self._accepted(response)
+                self._accepted(RESET, response)
             # Also without an answer, which may have been lost: to ask again would reset it again
             self._wait(self._now_ns() + round(1e9 * _RESET_TIMEOUT_S), lambda: self._booted)
             if self._booted:
@@ -456,11 +469,14 @@ class AdcBoard:
             )
         try:
             self._command(
-                "drive",
+                drive(
+                    DriveArguments(
+                        action=self._board.drive_action[action],
+                        speed=round(100 * speed_rpm),
+                        counts_per_revolution=counts_per_revolution,
+                    )
+                ),
                 blind=action in _DRIVE_STOPS,
-                action=self._board.drive_action[action],
-                speed=round(100 * speed_rpm),
-                counts_per_revolution=counts_per_revolution,
             )
         except Refused as error:
             if error.status != "drive_tripped":
@@ -528,7 +544,7 @@ class AdcBoard:
         try:
             if not self._down:
                 self._take_health(self.counters())  # what no frame may have told yet, as of a reset
-            due = self._base + self._command("stop").scans_scheduled - 1 - self._last_sequence
+            due = self._base + self._command(STOP).scans_scheduled - 1 - self._last_sequence
         except (NoAnswer, OSError) as error:
             self._down = self._down or str(error)
         self._streaming = False
@@ -558,26 +574,26 @@ class AdcBoard:
 
     def _command(
         self,
-        name: str,
+        request: Request[AnswerT],
         timeout_s: float = _ANSWER_TIMEOUT_S,
         blind: bool = False,
-        **arguments: Any,
-    ) -> Answer:
+    ) -> AnswerT:
         """The board's answer to a request; every request may be repeated safely.
 
         blind: said also to a board that is not heard.
         """
         fresh_s = math.inf if blind else None
         for _ in range(_ATTEMPTS):
-            response = self._exchange(name, timeout_s, fresh_s, **arguments)
+            response = self._exchange(request, timeout_s, fresh_s)
             if response is not None:
-                return self._accepted(response)
+                return self._accepted(request, response)
         raise NoAnswer(
-            f"the board does not answer '{name}': check its cable, or reset it and try again"
+            f"the board does not answer '{request.command}': check its cable, or reset it and try "
+            "again"
         )
 
     def _exchange(
-        self, name: str, timeout_s: float, fresh_s: float | None = None, **arguments: Any
+        self, request: Request[Any], timeout_s: float, fresh_s: float | None = None
     ) -> Response | None:
         """One request and its response; None if none comes in time, or the board is not heard.
 
@@ -594,7 +610,7 @@ class AdcBoard:
         self._request_id = (self._request_id + 1) % 256
         self._response = None
         self._waiting_for = self._request_id
-        self._transport.write(self._protocol.request(name, self._request_id, **arguments))
+        self._transport.write(self._protocol.request(request, self._request_id))
         self._spoke_ns = self._now_ns()
         self._wait(self._now_ns() + round(1e9 * timeout_s), lambda: self._response is not None)
         self._waiting_for = None
@@ -605,22 +621,22 @@ class AdcBoard:
             return True
         return self._heard_ns is not None and self._now_ns() - self._heard_ns <= 1e9 * fresh_s
 
-    def _accepted(self, response: Response) -> Answer:
+    def _accepted(self, request: Request[AnswerT], response: Response) -> AnswerT:
         if not self._protocol.is_ok(response.status):
             raise Refused(response.command, self._protocol.status_name(response.status))
         try:
-            return self._protocol.answer(response)
+            return self._protocol.answer(request, response)
         except ProtocolError as error:
             raise BoardError(f"{error}: flash the firmware that belongs to this driver") from error
 
-    def _identified(self, response: Response) -> Identity:
+    def _identified(self, response: Response) -> IdentifyResponse:
         ours = self._board
         if response.data and response.data[0] != ours.protocol:
             raise BoardError(
                 f"the board speaks protocol {response.data[0]}, this driver {ours.protocol}: flash "
                 "the firmware that belongs to this driver"
             )
-        identity = self._accepted(response)
+        identity = self._accepted(IDENTIFY, response)
         if identity.schema_hash != ours.schema_hash:
             raise BoardError(
                 f"the board has schema 0x{identity.schema_hash:08x}, this driver "
@@ -644,8 +660,8 @@ class AdcBoard:
     def _new_clock(self) -> BoardClock:
         return BoardClock(
             self._board.microcontroller.tick_hz,
-            self._protocol.request_wire_ns("sync"),
-            self._protocol.answer_wire_ns("sync"),
+            self._protocol.request_wire_ns(SYNC),
+            self._protocol.answer_wire_ns(SYNC),
         )
 
     def _begin(self) -> None:
@@ -670,14 +686,14 @@ class AdcBoard:
         self._tries_left = 0
         self._next_sync_ns = self._now_ns() + round(1e9 * _FIRST_SYNC_SPACING_S)
         for _ in range(_ATTEMPTS):
-            response = self._exchange("start", _ANSWER_TIMEOUT_S)
+            response = self._exchange(START, _ANSWER_TIMEOUT_S)
             if response is not None:
-                self._accepted(response)
+                self._accepted(START, response)
                 return
-            self._command("stop")  # the answer may have been lost, and a second start is refused
+            self._command(STOP)  # the answer may have been lost, and a second start is refused
         raise NoAnswer("the board does not answer 'start': check its cable")
 
-    def _take_started(self, started: Started) -> None:
+    def _take_started(self, started: StartResponse) -> None:
         """The stream is on. Done as the answer is read: a scan may be in the same bytes."""
         self._first_tick, self._period_ticks = started.first_tick, started.period_ticks
         if self._last_stamp_ns is None:
@@ -829,7 +845,7 @@ class AdcBoard:
         if self._barren_ns is None:
             self._barren_ns = self._now_ns()
 
-    def _refuse_another_board(self, identity: Identity) -> None:
+    def _refuse_another_board(self, identity: IdentifyResponse) -> None:
         known, found = (
             f"(serial number {number_text(serial)}, calibration {number_text(calibration)})"
             for serial, calibration in (self._board_of_run, _numbers(identity))
@@ -864,10 +880,10 @@ class AdcBoard:
 
     def _sync_try(self) -> SyncExchange | None:
         sent_ns = self._now_ns()
-        response = self._exchange("sync", _SYNC_TIMEOUT_S)
+        response = self._exchange(SYNC, _SYNC_TIMEOUT_S)
         if response is None:
             return None
-        answer = self._accepted(response)
+        answer = self._accepted(SYNC, response)
         return SyncExchange(sent_ns, self._response_ns, answer.received_ticks, answer.sent_ticks)
 
     def _wait(self, until_ns: int, done: Callable[[], bool]) -> None:
@@ -904,15 +920,15 @@ class AdcBoard:
                 self.statistics.unknown_frames += 1
                 continue
             match record:
-                case DataRecord():
+                case DataFrame():
                     self._take_data(record, received_ns)
                 case Response():
                     self._take_response(record, received_ns)
-                case HealthRecord():
+                case HealthFrame():
                     self._take_health(record)
-                case DriveRecord():
+                case DriveFrame():
                     self._take_drive(record, received_ns)
-                case BootRecord():
+                case BootFrame():
                     self._take_boot(record)
         return True
 
@@ -920,10 +936,10 @@ class AdcBoard:
         if record.request_id != self._waiting_for:
             return  # of a request that was given up
         self._response, self._response_ns = record, received_ns
-        if record.command == "start" and self._protocol.is_ok(record.status):
-            self._take_started(self._accepted(record))
+        if record.command == START.command and self._protocol.is_ok(record.status):
+            self._take_started(self._accepted(START, record))
 
-    def _take_data(self, record: DataRecord, received_ns: int) -> None:
+    def _take_data(self, record: DataFrame, received_ns: int) -> None:
         if not self._streaming:
             return  # the tail of an earlier host's stream
         ticks = unwrap(record.ticks, 32, self.clock.ticks(received_ns))
@@ -959,7 +975,7 @@ class AdcBoard:
             )
         )
 
-    def _take_health(self, record: HealthRecord) -> None:
+    def _take_health(self, record: HealthFrame) -> None:
         idle = self._streaming and record.state == self._board.board_state["idle"]
         reset = self._take_boot_count(record)
         if idle and not reset and not record.scans_scheduled:
@@ -971,11 +987,11 @@ class AdcBoard:
         self.health = record
         self._tell_of_adc(record)
 
-    def _tell_of_adc(self, record: HealthRecord) -> None:
+    def _tell_of_adc(self, record: HealthFrame) -> None:
         for text in self._adc_watch.health(record):
             self._on_warning(text)
 
-    def _take_boot_count(self, record: HealthRecord) -> bool:
+    def _take_boot_count(self, record: HealthFrame) -> bool:
         """Whether it tells of a reset whose boot frame did not get through."""
         known, self._boot_count = self._boot_count, record.boot_count
         if known in (None, record.boot_count):
@@ -983,7 +999,7 @@ class AdcBoard:
         self._board_was_reset(record.reset_cause)
         return True
 
-    def _take_drive(self, record: DriveRecord, received_ns: int) -> None:
+    def _take_drive(self, record: DriveFrame, received_ns: int) -> None:
         board = self._board
         # Before the clock is known, the low half as it came
         near = self.clock.ticks(received_ns) if self.clock.points else record.ticks
@@ -999,7 +1015,7 @@ class AdcBoard:
         )
         self._on_drive(self.drive_state)
 
-    def _take_boot(self, record: BootRecord) -> None:
+    def _take_boot(self, record: BootFrame) -> None:
         self._boot_count = record.boot_count
         self._booted = True
         origin = self._protocol.configuration_origin(record.configuration_origin)
@@ -1020,7 +1036,7 @@ class AdcBoard:
         self._count_epoch = max(self._last_scan_epoch + 1, self._boot_count)
 
 
-def _numbers(identity: Identity) -> tuple[int, int]:
+def _numbers(identity: IdentifyResponse) -> tuple[int, int]:
     return identity.board_serial, identity.calibration_id
 
 

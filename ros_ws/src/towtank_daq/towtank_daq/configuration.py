@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 from towtank_daq.description import BoardDescription
-from towtank_daq.protocol import ConfigurationRecord
+from towtank_daq.protocol_records import ConfigureArguments
 
 _NO_CHANNEL = 255
 _GAINS = (1, 2, 4, 8, 16, 32, 64, 128)
@@ -69,17 +68,17 @@ class Configuration:
         """`valid_mask` of a scan without an error."""
         return sum(1 << board.channel_names.index(name) for name in self.order)
 
-    def arguments(self, board: BoardDescription) -> dict[str, Any]:
+    def arguments(self, board: BoardDescription) -> ConfigureArguments:
         """The arguments of `configure`. Raises ConfigurationError."""
         self._check(board)
         order = [board.channel_names.index(name) for name in self.order]
-        return {
-            "rate_hz": self.rate_hz,
-            "filter_type": board.adc.filter.types[self.filter_type].code,
-            "filter_fs": self.filter_fs,
-            "gains": self.gains,
-            "order": (*order, *[_NO_CHANNEL] * (len(board.channels) - len(order))),
-        }
+        return ConfigureArguments(
+            rate_hz=self.rate_hz,
+            filter_type=board.adc.filter.types[self.filter_type].code,
+            filter_fs=self.filter_fs,
+            gains=self.gains,
+            order=(*order, *[_NO_CHANNEL] * (len(board.channels) - len(order))),
+        )
 
     def _check(self, board: BoardDescription) -> None:
         rates, words = board.sampling.rate_hz, board.adc.filter.fs
@@ -144,7 +143,7 @@ def configuration_at(board: BoardDescription, rate_hz: int) -> Configuration:
     return configuration
 
 
-def configuration_of(record: ConfigurationRecord, board: BoardDescription) -> Configuration:
+def configuration_of(record: ConfigureArguments, board: BoardDescription) -> Configuration:
     """What the board says of its configuration."""
     names = {kind.code: name for name, kind in board.adc.filter.types.items()}
     return Configuration(

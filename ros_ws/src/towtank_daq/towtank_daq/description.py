@@ -113,17 +113,6 @@ class _Wire(BaseModel):
     response_bit: int
 
 
-class _Frame(BaseModel):
-    type: int = Field(ge=0, le=255)
-    fields: list[tuple[str, str]]
-
-
-class _Command(BaseModel):
-    type: int = Field(ge=0, le=255)
-    arguments: list[tuple[str, str]]
-    response: list[tuple[str, str]]
-
-
 class BoardDescription(BaseModel):
     """The contents of board.yaml; read it with `load_description`."""
 
@@ -147,8 +136,6 @@ class BoardDescription(BaseModel):
     adc_error: dict[str, int]
     identity_state: dict[str, int]
     reset_cause: dict[str, int]
-    stream: dict[str, _Frame]
-    commands: dict[str, _Command]
 
     _hash: int = PrivateAttr(default=0)
 

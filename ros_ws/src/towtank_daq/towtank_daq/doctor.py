@@ -21,6 +21,7 @@ from towtank_daq.clock import SLOPE_TOLERANCE
 from towtank_daq.configuration import configuration_at
 from towtank_daq.description import BoardDescription
 from towtank_daq.identity import StoredIdentity, calibration_mismatch, number_text
+from towtank_daq.protocol import troubles
 from towtank_daq.self_test import Check
 from towtank_daq.sensor_health import (
     accelerometer_limits,
@@ -153,7 +154,8 @@ def examine(
     )
     if not wander_wants:
         checks["noise"] += tuple(_wander(scans, rig, description))
-    new = {name: count - before.troubles[name] for name, count in after.troubles.items()}
+    known = troubles(before)
+    new = {name: count - known[name] for name, count in troubles(after).items()}
     shafts = _shafts(scans, rig, turns, travel)
     checks["encoders"] = (
         *(check for shaft in shafts for check in shaft.checks()),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from towtank_daq.description import BoardDescription
-from towtank_daq.protocol import SelfTestRecord
+from towtank_daq.protocol_records import SelfTestResponse
 
 _FULL_SCALE = 2**23  # of a bipolar code, on either side of zero
 _CLIPPED = 2**24 - 1
@@ -53,7 +53,7 @@ class SelfTest:
         return tuple(check for check in self.checks if not check.passed)
 
 
-def judge(record: SelfTestRecord, board: BoardDescription) -> SelfTest:
+def judge(record: SelfTestResponse, board: BoardDescription) -> SelfTest:
     """The board's measurements as volts against the limits of board.yaml.
 
     Where the ADC does not answer, that is the only finding: there is nothing else to judge.
@@ -145,7 +145,7 @@ def judge(record: SelfTestRecord, board: BoardDescription) -> SelfTest:
     return SelfTest(tuple(checks))
 
 
-def _refin1_volts(record: SelfTestRecord, supply_volts: float) -> float:
+def _refin1_volts(record: SelfTestResponse, supply_volts: float) -> float:
     """AVDD/6 was converted against both references: the codes' ratio is that of the references.
 
     0 where the code is clipped, as without a reference.

@@ -17,7 +17,8 @@ from towtank_rig.conversion import (
     pressure_conversion,
 )
 from towtank_sim.bench import Bench, BenchError, TrueState
-from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_sim.bench_frame import bench_frame
+from towtank_sim.protocol_records import CHANNELS, RecordError
 from towtank_uncertainty import sensor_errors
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -45,12 +46,12 @@ def rig(request):
 
 
 def make_bench(rig, errors=None):
-    return Bench(rig, errors or sensor_errors.none(rig), BenchFrameLayout().channels)
+    return Bench(rig, errors or sensor_errors.none(rig), CHANNELS)
 
 
 def volts_by_channel(rig, errors=None, state=STATE):
     volts = make_bench(rig, errors).terminal_volts(state)
-    return dict(zip(BenchFrameLayout().channels, volts.T, strict=True))
+    return dict(zip(CHANNELS, volts.T, strict=True))
 
 
 def still(state):
@@ -194,9 +195,8 @@ def test_encoders_count_what_the_rig_converts_back(rig, direction):
 
 
 def test_other_channels_than_the_boards_are_refused(rig):
-    channels = BenchFrameLayout().channels
     with pytest.raises(BenchError, match=r"board\.channels"):
-        Bench(rig, sensor_errors.none(rig), channels[::-1])
+        Bench(rig, sensor_errors.none(rig), CHANNELS[::-1])
 
 
 # ------------------------------------------------------------------------------ bench frame
@@ -204,13 +204,14 @@ def test_other_channels_than_the_boards_are_refused(rig):
 
 def test_frame_bytes_follow_the_boards_description():
     """Decoded here field by field from the description's types, offsets counted by hand."""
-    description = YAML(typ="safe").load(BOARD.read_text())["bench"]
+    board = YAML(typ="safe").load(BOARD.read_text())
+    description = board["bench"]
     volts = [0.001, 0.002, 1.1, 1.2, 2.3, 10.0]
-    frame = BenchFrameLayout().pack(7, 123_456_789_012, volts, -2.5, 108.4)
+    frame = bench_frame(7, 123_456_789_012, volts, -2.5, 108.4)
     values, offset = {}, 0
     for name, kind in description["fields"]:
         scalar, _, count = kind.partition("[")
-        count = int(count.rstrip("]") or 1)
+        count = len(board[count.rstrip("]")]) if count else 1
         code, size = {"u32": ("I", 4), "i64": ("q", 8), "f64": ("d", 8)}[scalar]
         values[name] = struct.unpack_from(f"<{count}{code}", frame, offset)
         offset += count * size
@@ -228,10 +229,13 @@ def test_frame_bytes_follow_the_boards_description():
 
 def test_sequence_wraps_at_32_bits():
     volts = [0.0] * 6
-    assert BenchFrameLayout().pack(2**32 + 3, 0, volts, 0.0, 0.0) == BenchFrameLayout().pack(
-        3, 0, volts, 0.0, 0.0
-    )
+    assert bench_frame(2**32 + 3, 0, volts, 0.0, 0.0) == bench_frame(3, 0, volts, 0.0, 0.0)
+
+
+def test_a_frame_has_a_voltage_for_each_channel():
+    with pytest.raises(RecordError, match="5 values in place of 6"):
+        bench_frame(0, 0, [0.0] * 5, 0.0, 0.0)
 
 
 def test_the_rigs_name_the_boards_channels(rig):
-    assert rig.board.channels == BenchFrameLayout().channels
+    assert rig.board.channels == CHANNELS

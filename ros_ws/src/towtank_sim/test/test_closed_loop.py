@@ -9,7 +9,6 @@ import math
 import numpy as np
 import pytest
 from towtank_rig.conversion import depth_from_pressure, pressure_conversion
-from towtank_sim.bench_frame import BenchFrameLayout
 from towtank_sim.drive import trial_commands
 from towtank_sim.offline import (
     bench_frames,
@@ -17,6 +16,7 @@ from towtank_sim.offline import (
     simulate_plant,
     simulate_twin,
 )
+from towtank_sim.protocol_records import CHANNELS
 from towtank_sim.smoother import HALF_WIDTH
 from towtank_sim.twin import Twin
 from towtank_uncertainty import sensor_errors
@@ -179,14 +179,11 @@ def test_doubled_samples_count_as_lost(history, readings, nit_calicut):
 def test_offline_frames_hold_the_plants_depths(history, nit_calicut):
     frames = bench_frames(history, nit_calicut, sensor_errors.none(nit_calicut), start_ns=10**9)
     assert len(frames) == len(history.time)
-    layout = BenchFrameLayout()
-    volts = [
-        np.frombuffer(frame, dtype="<f8", count=len(layout.channels), offset=16) for frame in frames
-    ]
+    volts = [np.frombuffer(frame, dtype="<f8", count=len(CHANNELS), offset=16) for frame in frames]
     times = [int.from_bytes(frame[8:16], "little", signed=True) for frame in frames]
     np.testing.assert_allclose(times, 1e9 + history.time * 1e9, atol=1.0)
     conversion = pressure_conversion(nit_calicut, "fish_pressure")
-    pressure = conversion.pressure(np.array(volts)[:, layout.channels.index("fish_pressure")])
+    pressure = conversion.pressure(np.array(volts)[:, CHANNELS.index("fish_pressure")])
     place = nit_calicut.sensors.fish_pressure.position.value
     np.testing.assert_allclose(
         depth_from_pressure(pressure, nit_calicut.water),

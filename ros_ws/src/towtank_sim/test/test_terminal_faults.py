@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from towtank_rig import load_rig
-from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_sim.protocol_records import CHANNELS
 from towtank_sim.terminal_faults import FaultError, TerminalFault, TerminalFaults, parse_faults
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
-CHANNELS = BenchFrameLayout().channels
 TIME = np.arange(0.0, 10.0, 0.01)
 
 

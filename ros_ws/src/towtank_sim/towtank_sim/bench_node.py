@@ -20,10 +20,11 @@ from towtank_rig import RigError, load_rig
 from towtank_uncertainty import sensor_errors
 
 from towtank_sim.bench import Bench, BenchError, TrueState
-from towtank_sim.bench_frame import BenchFrameError, BenchFrameLayout
+from towtank_sim.bench_frame import bench_frame
 from towtank_sim.bench_socket import BenchSocket
 from towtank_sim.matching import StampMatcher
 from towtank_sim.plant import CYCLE_NS
+from towtank_sim.protocol_records import CHANNELS
 from towtank_sim.serialised import (
     ImuFields,
     JointFields,
@@ -71,9 +72,8 @@ class BenchNode(Node):
             if parameters.noise == "none"
             else sensor_errors.draw(rig, parameters.seed)
         )
-        self._layout = BenchFrameLayout()
         faults = parse_faults(parameters.sensor_faults)
-        self._bench = Bench(rig, errors, self._layout.channels, faults)
+        self._bench = Bench(rig, errors, CHANNELS, faults)
         self._socket = BenchSocket(parameters.socket)
         self._ros_minus_monotonic = TrialClock(self).offset_ns
         self._first_stamp: int | None = None
@@ -118,7 +118,7 @@ class BenchNode(Node):
         state = _true_state((stamp - self._first_stamp) * 1e-9, joints, depressor, imu, fish)
         time_ns = stamp - self._ros_minus_monotonic
         self._socket.send(
-            self._layout.pack(
+            bench_frame(
                 self._frames,
                 time_ns,
                 self._bench.terminal_volts(state).tolist(),
@@ -169,4 +169,4 @@ def _true_state(
 
 def main() -> int:
     """Run the node until it is stopped."""
-    return run_node(BenchNode, (RigError, BenchError, BenchFrameError, FaultError, SerialisedError))
+    return run_node(BenchNode, (RigError, BenchError, FaultError, SerialisedError))

@@ -22,9 +22,10 @@ from towtank_uncertainty.sensor_errors import SensorErrors
 
 from towtank_sim.axes import Vector, add, to_tank
 from towtank_sim.bench import Bench, TrueState
-from towtank_sim.bench_frame import BenchFrameLayout
+from towtank_sim.bench_frame import bench_frame
 from towtank_sim.drive import TimedCommand
 from towtank_sim.plant import CYCLE_NS, Plant
+from towtank_sim.protocol_records import CHANNELS
 from towtank_sim.resolution import SEGMENTS, STEP
 from towtank_sim.terminal_faults import TerminalFault
 from towtank_sim.tow import Tow
@@ -165,14 +166,13 @@ def bench_frames(
     start_ns: the board's time at the plant's time 0, ns. A board takes only frames that lie ahead
     of it, so one that begins at 0 needs a later start. faults: of sensors and wires.
     """
-    layout = BenchFrameLayout()
-    bench = Bench(rig, errors, layout.channels, faults)
+    bench = Bench(rig, errors, CHANNELS, faults)
     state = history.true_state()
     volts = bench.terminal_volts(state).tolist()
     crank, wheel = (angle.tolist() for angle in bench.encoder_angles(state))
     times = (start_ns + np.round(history.time * 1e9).astype(np.int64)).tolist()
     return [
-        layout.pack(number, *frame)
+        bench_frame(number, *frame)
         for number, frame in enumerate(zip(times, volts, crank, wheel, strict=True))
     ]
 

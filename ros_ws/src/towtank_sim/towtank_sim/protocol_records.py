@@ -1,0 +1,1 @@
+../../../../build/firmware/generated/protocol_records.py
