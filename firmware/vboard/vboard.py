@@ -12,34 +12,33 @@ nanoseconds since power-on, as fast as the machine can. The same inputs give the
 
 from __future__ import annotations
 
-import ctypes
 import enum
+import functools
 import math
-import struct
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-LIBRARY = Path(__file__).resolve().parents[2] / "build/firmware/vboard/libtowtank_vboard.so"
+from cffi import FFI
 
-CHANNEL_COUNT = 6
-BENCH_MAGIC = 0x31425754
-_BENCH_LAYOUT = struct.Struct("<IIq8d")
+_BUILD = Path(__file__).resolve().parents[2] / "build/firmware"
+LIBRARY = _BUILD / "vboard/libtowtank_vboard.so"
+_HEADER = _BUILD / "vboard/vboard.cdef"
+_GENERATED = _BUILD / "generated"
+
+if not (_GENERATED / "protocol_records.py").exists():
+    raise ImportError(f"{_GENERATED} has no protocol_records.py: build it with make -C firmware")
+sys.path.append(str(_GENERATED))
+
+import protocol_records as records  # noqa: E402
+from protocol_records import BENCH_MAGIC, CHANNELS, ResetCause  # noqa: E402
 
 
 class VirtualBoardError(RuntimeError):
     """The board cannot start, or its firmware has stopped for good."""
-
-
-class ResetCause(enum.IntEnum):
-    """Bits of the microcontroller's MCUSR, as the board reports them."""
-
-    POWER_ON = 0x01
-    EXTERNAL = 0x02
-    BROWN_OUT = 0x04
-    WATCHDOG = 0x08
 
 
 class Bootloader(enum.IntEnum):
@@ -71,7 +70,7 @@ class BenchFrame:
     """What the board's terminals see at one instant; straight lines join the frames.
 
     time_ns: nanoseconds since power-on.
-    terminal_volts: six voltages in channel order, before the analog front end: two bridges
+    terminal_volts: voltages in channel order, before the analog front end: two bridges
         (differential), three accelerometer outputs, the excitation.
     crank_angle_rad, carriage_angle_rad: encoder shaft angles in radians, unbounded.
     """
@@ -83,148 +82,45 @@ class BenchFrame:
     sequence: int = 0
 
     def pack(self) -> bytes:
-        """The frame's 80 bytes as they pass over the bench socket."""
-        if len(self.terminal_volts) != CHANNEL_COUNT:
-            raise ValueError(f"{len(self.terminal_volts)} terminal voltages; give {CHANNEL_COUNT}")
-        return _BENCH_LAYOUT.pack(
-            BENCH_MAGIC,
-            self.sequence & 0xFFFFFFFF,
-            self.time_ns,
-            *self.terminal_volts,
-            self.crank_angle_rad,
-            self.carriage_angle_rad,
-        )
+        """The frame's bytes as they pass over the bench socket."""
+        if len(self.terminal_volts) != len(CHANNELS):
+            raise ValueError(f"{len(self.terminal_volts)} terminal voltages; give {len(CHANNELS)}")
+        frame: bytes = records.BenchFrame(
+            magic=BENCH_MAGIC,
+            sequence=self.sequence & 0xFFFFFFFF,
+            time_ns=self.time_ns,
+            terminal_volts=tuple(self.terminal_volts),
+            crank_angle_rad=self.crank_angle_rad,
+            carriage_angle_rad=self.carriage_angle_rad,
+        ).pack()
+        return frame
 
 
-class _Structure(ctypes.Structure):
-    def as_dict(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name, *_ in self._fields_}
+@functools.cache
+def _interface() -> FFI:
+    """vboard.h, as the build has left it for reading here."""
+    ffi = FFI()
+    ffi.cdef(_HEADER.read_text())
+    return ffi
 
 
-class _Motor(_Structure):
-    _fields_ = tuple(
-        (name, ctypes.c_double)
-        for name in (
-            *("supply_v", "resistance_ohm", "inductance_h", "flux_v_s_a"),
-            *("gear_ratio", "gear_efficiency", "inertia_kg_m2"),
-            *("friction_n_m", "breakaway_n_m", "damping_n_m_s"),
-            *("crank_radius_m", "rod_length_m"),
-            *("tow_weight_n", "tow_drag_n_s2_m2", "tow_mass_kg"),
-        )
-    )
-
-
-class _Options(_Structure):
-    _fields_ = (
-        ("size", ctypes.c_uint32),
-        ("crank_counts_per_revolution", ctypes.c_uint32),
-        ("carriage_counts_per_revolution", ctypes.c_uint32),
-        ("start_ns", ctypes.c_int64),
-        ("seed", ctypes.c_uint64),
-        ("clock_ppm", ctypes.c_double),
-        ("adc_clock_ppm", ctypes.c_double),
-        ("noise_volts", ctypes.c_double * CHANNEL_COUNT),
-        ("self_test_volts", ctypes.c_double * CHANNEL_COUNT),
-        ("crank", ctypes.c_uint32),
-        ("motor", _Motor),
-        ("bootloader", ctypes.c_uint32),
-        ("adc_sequence", ctypes.c_uint32),
-        ("eeprom_path", ctypes.c_char_p),
-    )
-
-
-class _Faults(_Structure):
-    _fields_ = (
-        ("spi_error_one_in", ctypes.c_uint32),
-        ("adc_silent", ctypes.c_uint32),
-        ("serial_bit_error_rate", ctypes.c_double),
-        ("serial_byte_drop_rate", ctypes.c_double),
-        ("serial_byte_double_rate", ctypes.c_double),
-        ("emergency_stop_open", ctypes.c_uint32),
-        ("crank_blocked", ctypes.c_uint32),
-        ("crank_encoder_silent", ctypes.c_uint32),
-        ("tow_parted", ctypes.c_uint32),
-        ("crank_encoder_unplugged", ctypes.c_uint32),
-        ("crank_track_a_dead", ctypes.c_uint32),
-        ("crank_track_b_dead", ctypes.c_uint32),
-        ("crank_encoder_reversed", ctypes.c_uint32),
-        ("crank_encoder_slip", ctypes.c_double),
-        ("driver_shorted", ctypes.c_uint32),
-        ("crank_driven_n_m", ctypes.c_double),
-    )
-
-
-class _Counters(_Structure):
-    _fields_ = (
-        ("bench_frames", ctypes.c_uint64),
-        ("bench_frames_malformed", ctypes.c_uint64),
-        ("bench_frames_late", ctypes.c_uint64),
-        ("conversions", ctypes.c_uint64),
-        ("conversions_starved", ctypes.c_uint64),
-        ("conversions_out_of_range", ctypes.c_uint64),
-        ("bytes_from_host", ctypes.c_uint64),
-        ("bytes_to_host", ctypes.c_uint64),
-        ("resets", ctypes.c_uint64),
-        ("crank_counts", ctypes.c_int64),
-        ("carriage_counts", ctypes.c_int64),
-        ("motor_duty", ctypes.c_double),
-        ("motor_current_a", ctypes.c_double),
-        ("crank_rate_rad_s", ctypes.c_double),
-        ("crank_angle_rad", ctypes.c_double),
-        ("crank_edges", ctypes.c_uint64),
-        ("carriage_edges", ctypes.c_uint64),
-        ("spi_misuse", ctypes.c_uint64),
-        ("spi_errors_injected", ctypes.c_uint64),
-        ("serial_bits_flipped", ctypes.c_uint64),
-        ("serial_bytes_dropped", ctypes.c_uint64),
-        ("serial_bytes_doubled", ctypes.c_uint64),
-    )
-
-
-def _load(path: Path) -> ctypes.CDLL:
+def _load(path: Path) -> Any:
     try:
-        library = ctypes.CDLL(str(path))
+        return _interface().dlopen(str(path))
     except OSError as error:
         raise VirtualBoardError(f"{error}; build it with make -C firmware") from error
-    board = ctypes.c_void_p
-    signatures: dict[str, tuple[object, list[object]]] = {
-        "vb_default_options": (None, [ctypes.POINTER(_Options)]),
-        "vb_open": (
-            board,
-            [ctypes.c_char_p, ctypes.POINTER(_Options), ctypes.c_char_p, ctypes.c_size_t],
-        ),
-        "vb_close": (None, [board]),
-        "vb_push_bench": (ctypes.c_int, [board, ctypes.c_char_p, ctypes.c_size_t]),
-        "vb_restart_bench": (None, [board]),
-        "vb_run_until": (ctypes.c_int, [board, ctypes.c_int64]),
-        "vb_now_ns": (ctypes.c_int64, [board]),
-        "vb_stop_reason": (ctypes.c_char_p, [board]),
-        "vb_write": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
-        "vb_read": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
-        "vb_reset": (ctypes.c_int, [board, ctypes.c_uint8]),
-        "vb_dip_adc_supply": (None, [board]),
-        "vb_flip_adc_bit": (ctypes.c_int, [board, ctypes.c_uint8, ctypes.c_uint8]),
-        "vb_disturb": (ctypes.c_int, [board, ctypes.c_int]),
-        "vb_set_faults": (None, [board, ctypes.POINTER(_Faults)]),
-        "vb_set_clock_ppm": (None, [board, ctypes.c_double]),
-        "vb_get_counters": (None, [board, ctypes.POINTER(_Counters)]),
-        "vb_preset": (
-            ctypes.c_int,
-            [board, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t],
-        ),
-    }
-    for name, (result, arguments) in signatures.items():
-        function = getattr(library, name)
-        function.restype = result
-        function.argtypes = arguments
-    return library
+
+
+def _fields(structure: Any) -> dict[str, Any]:
+    """The numbers of a C structure by name."""
+    return {name: getattr(structure, name) for name in dir(structure)}
 
 
 def nominal_motor(library: str | Path = LIBRARY) -> dict[str, float]:
     """The crank's motor and its tow as they are unless `crank_motor` says otherwise."""
-    options = _Options()
-    _load(Path(library)).vb_default_options(ctypes.byref(options))
-    return options.motor.as_dict()
+    options = _interface().new("vb_options *")
+    _load(Path(library)).vb_default_options(options)
+    return _fields(options.motor)
 
 
 class VirtualBoard:
@@ -265,41 +161,41 @@ class VirtualBoard:
         eeprom: str | Path | None = None,
         library: str | Path = LIBRARY,
     ) -> None:
-        self._board: int | None = None
+        self._board: Any = None
         self._library = _load(Path(library))
-        self._chunk = ctypes.create_string_buffer(4096)  # for reading
-        options = _Options()
-        self._library.vb_default_options(ctypes.byref(options))
-        options.size = ctypes.sizeof(_Options)
+        self._ffi = _interface()
+        self._chunk = self._ffi.new("uint8_t[4096]")  # for reading
+        options = self._ffi.new("vb_options *")
+        self._library.vb_default_options(options)
+        options.size = self._ffi.sizeof("vb_options")
         options.crank_counts_per_revolution = crank_counts_per_revolution
         options.carriage_counts_per_revolution = carriage_counts_per_revolution
         options.clock_ppm = clock_ppm
         options.adc_clock_ppm = adc_clock_ppm
         options.seed = seed
         if isinstance(noise_volts, int | float):
-            noise_volts = [noise_volts] * CHANNEL_COUNT
+            noise_volts = [noise_volts] * len(CHANNELS)
         if noise_volts is not None:
-            if len(noise_volts) != CHANNEL_COUNT:
-                raise ValueError(f"{len(noise_volts)} noise values; give one or {CHANNEL_COUNT}")
-            options.noise_volts[:] = noise_volts
+            if len(noise_volts) != len(CHANNELS):
+                raise ValueError(f"{len(noise_volts)} noise values; give one or {len(CHANNELS)}")
+            options.noise_volts = list(noise_volts)
         if self_test_volts is not None:
-            options.self_test_volts[:] = self_test_volts
+            options.self_test_volts = list(self_test_volts)
         if crank_motor is not None:
             options.crank = 1
             for quantity, value in crank_motor.items():
-                if quantity not in options.motor.as_dict():
+                if quantity not in _fields(options.motor):
                     raise ValueError(f"the crank's motor has no {quantity}: see vboard.h")
                 setattr(options.motor, quantity, value)
         options.adc_sequence = sync_goes_on
         options.bootloader = bootloader
         if eeprom is not None:
-            options.eeprom_path = str(eeprom).encode()
-        error = ctypes.create_string_buffer(512)
-        self._board = self._library.vb_open(
-            str(elf).encode(), ctypes.byref(options), error, len(error)
-        )
+            path = self._ffi.new("char[]", str(eeprom).encode())  # kept until the board is open
+            options.eeprom_path = path
+        error = self._ffi.new("char[512]")
+        self._board = self._library.vb_open(str(elf).encode(), options, error, len(error))
         if not self._board:
-            raise VirtualBoardError(error.value.decode())
+            raise VirtualBoardError(self._ffi.string(error).decode())
 
     def __enter__(self) -> Self:
         return self
@@ -319,7 +215,7 @@ class VirtualBoard:
             self._board = None
 
     @property
-    def _handle(self) -> int:
+    def _handle(self) -> Any:
         if not self._board:
             raise VirtualBoardError("the virtual board is closed")
         return self._board
@@ -344,7 +240,9 @@ class VirtualBoard:
         Raises VirtualBoardError if the firmware stops for good.
         """
         if self._library.vb_run_until(self._handle, time_ns) != 0:
-            raise VirtualBoardError(self._library.vb_stop_reason(self._handle).decode())
+            raise VirtualBoardError(
+                self._ffi.string(self._library.vb_stop_reason(self._handle)).decode()
+            )
 
     def write(self, data: bytes) -> int:
         """Sends bytes to the board's UART at its baud rate, from now on. Returns their number."""
@@ -354,7 +252,7 @@ class VirtualBoard:
         """All bytes that have left the board's UART since the last call."""
         received = bytearray()
         while count := self._library.vb_read(self._handle, self._chunk, len(self._chunk)):
-            received += ctypes.string_at(self._chunk, count)
+            received += self._ffi.buffer(self._chunk, count)
         return bytes(received)
 
     def reset(self, cause: ResetCause) -> None:
@@ -416,25 +314,28 @@ class VirtualBoard:
             raise ValueError(f"torque {crank_driven_n_m}: give one of at least 0 N m")
         if not 0.0 <= crank_encoder_slip <= 1.0:
             raise ValueError(f"slip {crank_encoder_slip}: give a share from 0 to 1")
-        faults = _Faults(
-            spi_error_one_in,
-            adc_silent,
-            serial_bit_error_rate,
-            serial_byte_drop_rate,
-            serial_byte_double_rate,
-            emergency_stop_open,
-            crank_blocked,
-            crank_encoder_silent,
-            tow_parted,
-            crank_encoder_unplugged,
-            crank_track_a_dead,
-            crank_track_b_dead,
-            crank_encoder_reversed,
-            crank_encoder_slip,
-            driver_shorted,
-            crank_driven_n_m,
+        faults = self._ffi.new(
+            "const vb_faults *",
+            {
+                "spi_error_one_in": spi_error_one_in,
+                "adc_silent": adc_silent,
+                "serial_bit_error_rate": serial_bit_error_rate,
+                "serial_byte_drop_rate": serial_byte_drop_rate,
+                "serial_byte_double_rate": serial_byte_double_rate,
+                "emergency_stop_open": emergency_stop_open,
+                "crank_blocked": crank_blocked,
+                "crank_encoder_silent": crank_encoder_silent,
+                "tow_parted": tow_parted,
+                "crank_encoder_unplugged": crank_encoder_unplugged,
+                "crank_track_a_dead": crank_track_a_dead,
+                "crank_track_b_dead": crank_track_b_dead,
+                "crank_encoder_reversed": crank_encoder_reversed,
+                "crank_encoder_slip": crank_encoder_slip,
+                "driver_shorted": driver_shorted,
+                "crank_driven_n_m": crank_driven_n_m,
+            },
         )
-        self._library.vb_set_faults(self._handle, ctypes.byref(faults))
+        self._library.vb_set_faults(self._handle, faults)
 
     def set_clock_ppm(self, clock_ppm: float) -> None:
         """Changes the rate of the board's crystal from now on; time stays continuous."""
@@ -448,6 +349,6 @@ class VirtualBoard:
 
     def counters(self) -> dict[str, Any]:
         """What has happened since power-on, and the motor: vb_counters in vboard.h."""
-        counters = _Counters()
-        self._library.vb_get_counters(self._handle, ctypes.byref(counters))
-        return counters.as_dict()
+        counters = self._ffi.new("vb_counters *")
+        self._library.vb_get_counters(self._handle, counters)
+        return _fields(counters)

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The host's end of the real firmware: framing and the few records that these tests look into."""
+"""The host's end of the real firmware: framing and the records that these tests look into."""
 
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from typing import Any
 
 from cobs import cobs
+from vboard import records
 
-IDENTIFY, CONFIGURE, START, STOP, RESET = 0x01, 0x02, 0x03, 0x04, 0x08
-RESPONSE, DATA, HEALTH, BOOT = 0x80, 0x10, 0x11, 0x12
-ALL_CHANNELS = 0x3F
+IDENTIFY, START, STOP = (r.frame_type for r in (records.IDENTIFY, records.START, records.STOP))
+RESET, SYNC = records.RESET.frame_type, records.SYNC.frame_type
+RESPONSE = records.RESPONSE_BIT
+DATA, BOOT = records.DataFrame.TYPE, records.BootFrame.TYPE
+ALL_CHANNELS = (1 << len(records.CHANNELS)) - 1
 
 
 def crc16(data: bytes) -> int:
@@ -26,25 +29,6 @@ def crc16(data: bytes) -> int:
 def request(command: int, request_id: int, arguments: bytes = b"") -> bytes:
     payload = bytes([command, request_id]) + arguments
     return cobs.encode(payload + struct.pack("<H", crc16(payload))) + b"\0"
-
-
-@dataclass(frozen=True)
-class Scan:
-    sequence: int
-    ticks: int
-    valid_mask: int
-    codes: tuple[int, ...]
-    crank: int
-    carriage: int
-    flags: int
-
-
-def parse_scan(payload: bytes) -> Scan:
-    _, _, sequence, ticks, valid_mask, codes, crank, carriage, flags = struct.unpack(
-        "<BBHIB18siiB", payload
-    )
-    values = tuple(int.from_bytes(codes[3 * i : 3 * i + 3], "little") for i in range(6))
-    return Scan(sequence, ticks, valid_mask, values, crank, carriage, flags)
 
 
 class Frames:
@@ -70,5 +54,10 @@ class Frames:
     def of_type(self, frame_type: int) -> list[bytes]:
         return [payload for payload in self.payloads if payload[0] == frame_type]
 
-    def scans(self) -> list[Scan]:
-        return [parse_scan(payload) for payload in self.of_type(DATA)]
+    def health(self) -> Any:
+        """The last health frame's record."""
+        return records.HealthFrame.unpack(self.of_type(records.HealthFrame.TYPE)[-1][1:])
+
+    def scans(self) -> list[Any]:
+        """The data frames' records."""
+        return [records.DataFrame.unpack(payload[1:]) for payload in self.of_type(DATA)]

@@ -8,11 +8,10 @@ import struct
 from pathlib import Path
 
 import pytest
-from board_link import BOOT, IDENTIFY, Frames, request
-from vboard import ResetCause, VirtualBoard, VirtualBoardError
+from board_link import BOOT, IDENTIFY, RESPONSE, SYNC, Frames, request
+from vboard import ResetCause, VirtualBoard, VirtualBoardError, records
 
 MILLISECOND = 1_000_000
-SYNC = 0x06
 
 
 def ask(board: VirtualBoard, command: int) -> bytes:
@@ -23,7 +22,7 @@ def ask(board: VirtualBoard, command: int) -> bytes:
     board.write(request(command, 1))
     board.run_until(board.now_ns + 20 * MILLISECOND)
     frames.take(board.read())
-    (answer,) = frames.of_type(command | 0x80)
+    (answer,) = frames.of_type(command | RESPONSE)
     return answer[3:]
 
 
@@ -36,7 +35,7 @@ def test_the_file_is_the_eeprom(board_elf: Path, tmp_path: Path) -> None:
     checksum = struct.pack("<H", binascii.crc_hqx(identity, 0xFFFF))
     eeprom.write_bytes((identity + checksum).ljust(4096, b"\xff"))  # as avrdude would
     with VirtualBoard(board_elf, eeprom=eeprom) as board:
-        assert struct.unpack("<I", ask(board, IDENTIFY)[-4:]) == (1234,)
+        assert records.IdentifyResponse.unpack(ask(board, IDENTIFY)).board_serial == 1234
 
 
 def test_what_is_no_eeprom_is_refused(board_elf: Path, tmp_path: Path) -> None:
@@ -54,7 +53,7 @@ def test_preset_time(board_elf: Path) -> None:
     with VirtualBoard(board_elf) as board:
         board.run_until(50 * MILLISECOND)
         board.preset("overflows", struct.pack("<I", 65535))
-        ticks, _ = struct.unpack("<QQ", ask(board, SYNC))
+        ticks = records.SyncResponse.unpack(ask(board, SYNC)).received_ticks
         assert 65535 << 16 <= ticks < (65535 << 16) + 400_000  # 0.2 s
 
 
@@ -70,7 +69,7 @@ def test_the_boot_count_passes_its_end(board_elf: Path) -> None:
                 board.reset(ResetCause.WATCHDOG)
                 board.run_until(board.now_ns + 50 * MILLISECOND)
         frames.take(board.read())
-    counts = [struct.unpack_from("<H", boot, 2)[0] for boot in frames.of_type(BOOT)]
+    counts = [records.BootFrame.unpack(boot[1:]).boot_count for boot in frames.of_type(BOOT)]
     assert counts == [1, 0, 1, 0, 1, 0, 1]
 
 

@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 import math
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
-from board_link import ALL_CHANNELS, BOOT, HEALTH, IDENTIFY, RESPONSE, START, STOP, Frames, request
-from vboard import BenchFrame, ResetCause, VirtualBoard
+from board_link import ALL_CHANNELS, BOOT, IDENTIFY, RESPONSE, START, STOP, Frames, request
+from vboard import BenchFrame, ResetCause, VirtualBoard, records
 
 MILLISECOND = 1_000_000
 SECOND = 1_000_000_000
@@ -80,8 +79,9 @@ def test_boot_frame_and_identify(host):
     schema_hash = boot[4:8]
     identity = host.ask(IDENTIFY)
     assert identity[1:5] == schema_hash
-    assert identity[8] == 0x14  # the ADC's ID: it answers
-    assert struct.unpack_from("<I", identity, 9)[0] == 2_000_000
+    told = records.IdentifyResponse.unpack(identity)
+    assert told.adc_id == 0x14  # it answers
+    assert told.clock_hz == 2_000_000
 
 
 def test_scans_carry_the_closed_form_codes(host):
@@ -102,7 +102,7 @@ def test_no_scan_is_lost(host):
     push_constant(host.board, VOLTS, 10 * SECOND)
     host.ask(START)
     host.stay_until(5 * SECOND)
-    (scheduled,) = struct.unpack("<I", host.ask(STOP))
+    scheduled = records.StopResponse.unpack(host.ask(STOP)).scans_scheduled
     scans = host.frames.scans()
     assert [s.sequence for s in scans] == list(range(scheduled))
     assert set(np.diff([s.ticks for s in scans])) == {20_000}
@@ -124,8 +124,7 @@ def test_encoder_counts_are_exact(host):
     scale = COUNTS / (2 * math.pi)
     expected = np.floor(angles[:, -1] * scale) - np.floor(angles[:, 0] * scale)
     assert (last.crank, last.carriage) == tuple(expected)
-    health = host.frames.of_type(HEALTH)[-1]
-    assert struct.unpack_from("<I", health, 1 + 4 * 4)[0] == 0  # illegal steps
+    assert host.frames.health().illegal_steps == 0
 
 
 def test_noise_has_the_nominal_sigma(board_elf):
@@ -194,8 +193,7 @@ def test_spi_errors_are_seen_and_marked(host):
     # and the 39 at most that values depend on, and housekeeping's. Five deviations are given.
     share = 600 / (600 + 100 + 2 * (39 + 1) + 1)
     assert abs(invalid - share * injected) < 5 * math.sqrt(injected * share * (1 - share))
-    health = host.frames.of_type(HEALTH)[-1]
-    assert invalid <= struct.unpack_from("<I", health, 1 + 4 * 2)[0] <= injected  # CRC errors
+    assert invalid <= host.frames.health().spi_crc_errors <= injected
     for scan in host.frames.scans():
         for i, code in enumerate(scan.codes):
             valid = scan.valid_mask >> i & 1
