@@ -82,7 +82,7 @@ class Run:
 
     @property
     def bad(self) -> list[Scan]:
-        return [scan for scan in self.scans if scan.valid_mask != BOARD.all_valid]
+        return [scan for scan in self.scans if not scan.complete]
 
     @property
     def gap_s(self) -> float:
@@ -174,7 +174,7 @@ def test_adc_that_stops_answering(run):
     run.end()
     run.assert_carriage_counts_are_of_their_instants()
     assert 190 < len(run.bad) < 215
-    assert run.gaps == [] and run.scans[-1].valid_mask == BOARD.all_valid
+    assert run.gaps == [] and run.scans[-1].complete
 
 
 def assert_marked_in_a_row(run: Run, most: int) -> None:
@@ -182,7 +182,7 @@ def assert_marked_in_a_row(run: Run, most: int) -> None:
     bad = [scan.sequence for scan in run.bad]
     assert bad == list(range(bad[0], bad[0] + len(bad))) and len(bad) <= most
     assert all(scan.flags for scan in run.bad)
-    assert not any(scan.flags for scan in run.scans if scan.valid_mask == BOARD.all_valid)
+    assert not any(scan.flags for scan in run.scans if scan.complete)
 
 
 def test_adc_resets_alone(run):
@@ -234,7 +234,7 @@ def test_a_flipped_bit_in_each_register_of_the_adc(run):
         run.driver.poll(0.65 if address == 0x07 else 0.13)
         assert run.driver.counters().adc_restarts == before + 1, hex(address)
         assert len([scan for scan in run.scans[first:] if scan in run.bad]) <= 5
-        assert run.scans[-1].valid_mask == BOARD.all_valid
+        assert run.scans[-1].complete
     run.end()
     assert all(scan.flags for scan in run.bad)
     assert run.gaps == [] and run.driver.statistics.restarts == 0

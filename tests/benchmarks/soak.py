@@ -158,7 +158,6 @@ class Judge:
     def __init__(self, account: Account, bench: SwingingBench, board: BoardDescription) -> None:
         self._account = account
         self._bench = bench
-        self._all_valid = board.all_valid
         channels = [board.adc_channel(name, VOLTS[-1]) for name in board.channel_names]
         self._volts = [channel.volts for channel in channels]
         self._sigma = [c.noise_volts / c.gain for c in board.channels]

@@ -75,6 +75,7 @@ MAKERS = {
         header=header(i),
         sequence=i,
         board_ticks=20_000 * i,
+        configured_mask=63,
         valid_mask=63,
         codes=[i, 2, 3, 4, 5, 0xFFFFFF],
         channel_delay_ns=[-1, 2, 3, 4, 5, i],

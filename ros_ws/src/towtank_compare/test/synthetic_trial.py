@@ -94,12 +94,15 @@ def cable_state(stamp_ns: int, t: float) -> CableState:
 
 
 def trial_samples(
-    noise_m: float = 2e-4, reset_s: float = math.inf, zeroed_s: float = math.inf
+    noise_m: float = 2e-4,
+    reset_s: float = math.inf,
+    zeroed_s: float = math.inf,
+    configured_mask: int = 0b11_1111,
 ) -> list[Sample]:
     """Everything that a trial publishes, in order of its instants; the crank turns steadily.
 
     reset_s: when the board is reset, which begins the counts anew; positions are not known then
-    until zeroed_s, and nought there.
+    until zeroed_s, and nought there. configured_mask: channels of the scans; a bad one lacks one.
     """
     rng = np.random.default_rng(4)
     samples = []
@@ -121,7 +124,9 @@ def trial_samples(
             AdcScan(
                 header=head(stamp, "board"),
                 sequence=i,
-                valid_mask=63 if i != BAD_SCAN else 62,
+                configured_mask=configured_mask,
+                valid_mask=configured_mask & (configured_mask - (i == BAD_SCAN)),
+                codes=[0] * 6,
                 crank_count=math.floor(4096 * CRANK_HZ * counted_s),
                 carriage_count=math.floor(4096 * counted_s / 0.5),
                 count_epoch=1 + (t >= reset_s),

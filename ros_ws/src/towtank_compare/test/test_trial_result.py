@@ -100,9 +100,19 @@ def test_samples_know_where_the_sensors_were_zeroed(trial_bag):
     assert zero_depth(bag, topics.MEASURED_JOINTS.name) == 0.0
 
 
+SCANS = {"scheduled": 1601, "received": 1599, "lost": 2, "bad": 1}
+"""From 2.00 s to 18.00 s there are 1601 ticks, two of them lost and one scan bad."""
+
+
 def test_lost_and_bad_scans_are_counted(result):
-    """From 2.00 s to 18.00 s there are 1601 ticks, two of them lost and one scan bad."""
-    assert result["scans"] == {"scheduled": 1601, "received": 1599, "lost": 2, "bad": 1}
+    assert result["scans"] == SCANS
+
+
+@pytest.mark.parametrize("configured_mask", [0b10_0110, 0b1111_1111_1111])
+def test_a_scan_is_bad_that_lacks_a_channel_which_is_configured(tmp_path, configured_mask):
+    """Boards that scan three of their channels, and twelve: as good as one that scans its six."""
+    bag = write_trial(tmp_path / "bag", trial_samples(configured_mask=configured_mask))
+    assert trial_result(bag)["scans"] == SCANS
 
 
 def trial_without(tmp_path, begin_s: float, end_s: float):

@@ -21,7 +21,6 @@ from towtank_compare.heave import NS_PER_MS
 from towtank_compare.samples import joint_series
 from towtank_compare.trial_log import events
 
-ALL_CHANNELS = 0b11_1111
 _MARKS = (TrialEvent.STARTED, TrialEvent.LOG_START, TrialEvent.LOG_STOP, TrialEvent.STOPPED)
 HEALTH = {
     "fish_pressure": topics.FISH_DEPTH,
@@ -36,7 +35,7 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
 
     Lost are those missing between the first and the last one that came in, as ScanAccount counts
     them, and those missing before and after, as far as the window lies in the trial. A scan is bad
-    when a channel has no valid conversion, or the board raised a flag.
+    when a channel that is configured has no valid conversion, or the board raised a flag.
     """
     fields = ["sequence", "board_ticks"]
     scans = bag.series(SCANS.name, [*fields, "valid_mask", "flags"])
@@ -48,13 +47,23 @@ def scan_count(bag: Bag, t0_ms: int, t1_ms: int) -> dict[str, int]:
         account.take(*scan)
     begin_ns, end_ns = _within_the_trial(bag, t0_ms * NS_PER_MS, t1_ms * NS_PER_MS)
     lost = account.lost + _missing_at_the_ends(np.sort(stamps), begin_ns, end_ns)
-    bad = (scans["valid_mask"][inside] != ALL_CHANNELS) | (scans["flags"][inside] != 0)
+    incomplete = scans["valid_mask"] != _configured(bag)
+    bad = incomplete[inside] | (scans["flags"][inside] != 0)
     return {
         "scheduled": account.received + lost,
         "received": account.received,
         "lost": lost,
         "bad": int(np.count_nonzero(bad)),
     }
+
+
+def _configured(bag: Bag) -> np.ndarray:
+    """Mask of the channels that each scan was to have; of all in a bag that is too old to tell:
+    the board was then always configured so."""
+    if bag.has_field(SCANS.name, "configured_mask"):
+        return bag.series(SCANS.name, ["configured_mask"])["configured_mask"]
+    codes = bag.series(SCANS.name, ["codes"])["codes"]
+    return np.full(len(codes), (1 << codes.shape[1]) - 1)
 
 
 def _within_the_trial(bag: Bag, begin_ns: int, end_ns: int) -> tuple[int, int]:

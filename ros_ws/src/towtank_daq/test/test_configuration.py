@@ -36,7 +36,7 @@ def test_arguments(standard, description):
         gains=(1, 1, 1, 1, 1, 1),
         order=(4, 5, 255, 255, 255, 255),
     )
-    assert changed.valid_mask(description) == 0b110000
+    assert changed.configured_mask(description) == 0b110000
 
 
 def test_channel_delays(standard, description):

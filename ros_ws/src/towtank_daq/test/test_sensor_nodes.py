@@ -70,7 +70,7 @@ class Bench:
 
     def send(self, codes, valid_mask=0x3F, crank=0, carriage=0, epoch=1) -> AdcScan:
         self.sequence += 1
-        scan = AdcScan(sequence=self.sequence, valid_mask=valid_mask)
+        scan = AdcScan(sequence=self.sequence, configured_mask=0x3F, valid_mask=valid_mask)
         scan.header.stamp.sec = START_S
         scan.header.stamp.nanosec = 10_000_000 * self.sequence
         scan.codes = codes

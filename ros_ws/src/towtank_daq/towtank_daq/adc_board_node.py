@@ -21,6 +21,7 @@ import sys
 import threading
 import time
 import traceback
+from array import array
 from collections.abc import Callable
 from typing import Any
 
@@ -147,7 +148,7 @@ class AdcBoardNode(ManagedNode):
         self._message = AdcScan()
         self._message.header.frame_id = BOARD_FRAME
         self._configuration = configuration_at(board, self._rate_hz)
-        self._message.channel_delay_ns[:] = self._configuration.channel_delays_ns(board)
+        self._message.channel_delay_ns = self._configuration.channel_delays_ns(board)
         self._diagnostics = NodeDiagnostics(self, 1.0 / self._rate_hz, self._details)
 
     # -- transitions
@@ -269,9 +270,10 @@ class AdcBoardNode(ManagedNode):
             set_stamp(message.header.stamp, scan.stamp_ns + self._trial_clock.offset_ns)
             message.sequence = scan.sequence
             message.board_ticks = scan.ticks
+            message.configured_mask = scan.configured_mask
             message.valid_mask = scan.valid_mask
             message.flags = scan.flags
-            message.codes[:] = scan.codes
+            message.codes = array("I", scan.codes)
             message.crank_count = scan.crank
             message.carriage_count = scan.carriage
             message.count_epoch = scan.count_epoch

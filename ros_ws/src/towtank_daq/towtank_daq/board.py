@@ -188,13 +188,21 @@ class Scan:
     stamp_ns: int
     """Estimated host time of the sampling tick, ns of CLOCK_MONOTONIC."""
     codes: tuple[int, ...]
+    configured_mask: int
+    """Bit i: channel i is configured to be converted in every scan."""
     valid_mask: int
+    """Bit i: channel i has a good conversion in this one."""
     flags: int
     crank: int
     carriage: int
     """Encoder counts at the tick, unwrapped."""
     count_epoch: int
     """Counts of different epochs have no known relation: the board was reset in between."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether all channels that are configured have a good conversion."""
+        return self.valid_mask == self.configured_mask
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,7 +230,7 @@ class Statistics:
     scans_received: int = 0
     scans_lost: int = 0
     scans_bad: int = 0
-    """Received, but with at least one channel not valid."""
+    """Received, but with at least one channel that is configured not valid."""
     restarts: int = 0
     reconnections: int = 0
     line_repairs: int = 0
@@ -295,7 +303,7 @@ class AdcBoard:
         self._response_ns = 0
 
         self._configuration = configuration_at(self._board, self._board.sampling.rate_hz.default)
-        self._all_valid = self._board.all_valid
+        self._configured_mask = self._configuration.configured_mask(self._board)
         self._streaming = False
         self._down = ""  # why the stream must be started again
         self._line_gone = False
@@ -384,7 +392,7 @@ class AdcBoard:
             if error.status != "drive_turns" or self.configuration() != configuration:
                 raise
         self._configuration = configuration
-        self._all_valid = configuration.valid_mask(self._board)
+        self._configured_mask = configuration.configured_mask(self._board)
 
     def configuration(self) -> Configuration:
         """How the board would scan now, whoever configured it."""
@@ -952,7 +960,7 @@ class AdcBoard:
         self._scanless_s = 0.0
         self.statistics.scans_received += 1
         self.statistics.scans_lost += sequence - self._last_sequence - 1
-        if record.valid_mask != self._all_valid:
+        if record.valid_mask != self._configured_mask:
             self.statistics.scans_bad += 1
         self._last_sequence = sequence
         self._last_stamp_ns = stamp_ns = self.clock.host_ns(ticks)
@@ -967,6 +975,7 @@ class AdcBoard:
                 ticks=ticks,
                 stamp_ns=stamp_ns,
                 codes=record.codes,
+                configured_mask=self._configured_mask,
                 valid_mask=record.valid_mask,
                 flags=record.flags,
                 crank=self._crank.update(record.crank),

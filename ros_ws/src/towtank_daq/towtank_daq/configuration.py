@@ -64,8 +64,8 @@ class Configuration:
             delays_ns[index] = round(1e9 * ((place + 0.5) * conversion_s - pole_s))
         return delays_ns
 
-    def valid_mask(self, board: BoardDescription) -> int:
-        """`valid_mask` of a scan without an error."""
+    def configured_mask(self, board: BoardDescription) -> int:
+        """Bit i: channel i is converted, as `valid_mask` of a complete scan has it."""
         return sum(1 << board.channel_names.index(name) for name in self.order)
 
     def arguments(self, board: BoardDescription) -> ConfigureArguments:

@@ -149,11 +149,6 @@ class BoardDescription(BaseModel):
         """Channels in the order of the scan."""
         return [channel.name for channel in self.channels]
 
-    @property
-    def all_valid(self) -> int:
-        """`valid_mask` of a scan without an error."""
-        return (1 << len(self.channels)) - 1
-
     def adc_channel(self, name: str, excitation_volts: float, gain: int | None = None) -> Channel:
         """Front end and ADC of one channel, for converting its codes.
 

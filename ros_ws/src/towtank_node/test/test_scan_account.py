@@ -7,14 +7,14 @@ from towtank_node.scan_account import ScanAccount
 PERIOD = 20_000  # ticks, 10 ms
 
 
-def taken(*runs):
+def taken(*runs, tick_ns=500):
     """The account of runs, each numbered from 0: begin in ticks and the numbers that came in.
     A pair of begins stands for a board that was reset: by its time and by the host's."""
     account = ScanAccount()
     for begin, numbers in runs:
         board, host = begin if isinstance(begin, tuple) else (begin, begin)
         for number in numbers:
-            account.take(number, board + PERIOD * number, 500 * (host + PERIOD * number))
+            account.take(number, board + PERIOD * number, tick_ns * (host + PERIOD * number))
     return account
 
 
@@ -31,8 +31,14 @@ def test_board_time_tells_between_runs_whatever_their_phase(aside):
     assert account.lost == 502 - 98 - 1
 
 
-def test_host_time_tells_where_the_board_was_reset():
-    account = taken((90_000_000, range(100)), ((3_000_000, 90_000_000 + 500 * PERIOD), range(50)))
+@pytest.mark.parametrize("tick_ns", [500, 4000])
+def test_host_time_tells_where_the_board_was_reset(tick_ns):
+    """Of a board of 2 MHz, and of one of 250 kHz: its scans say how long its ticks are."""
+    account = taken(
+        (90_000_000, range(100)),
+        ((3_000_000, 90_000_000 + 500 * PERIOD), range(50)),
+        tick_ns=tick_ns,
+    )
     assert account.lost == 400
 
 
