@@ -15,7 +15,7 @@ import limits  # noqa: E402
 from netlist import build  # noqa: E402
 from parts import OFF_BOARD, RESISTORS  # noqa: E402
 
-BOARD = build()  # here, not in a test: SKiDL looks through the stack, which is deep there
+BOARD = build()
 
 
 def beyond() -> set[tuple[str, str]]:

@@ -27,8 +27,6 @@ from schema_hash import load_board  # noqa: E402
 DESCRIPTION = load_board(ROOT / "firmware/protocol/board.yaml")
 
 
-# SKiDL looks through the stack for each part, which is deep under pytest: one build for all tests
-# that only read.
 @pytest.fixture(scope="module")
 def board() -> Board:
     return build()

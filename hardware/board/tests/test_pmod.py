@@ -13,7 +13,7 @@ sys.path += [str(HERE), str(HERE.parents[1] / "firmware/protocol")]
 import pmod  # noqa: E402
 from netlist import build  # noqa: E402
 
-BOARD = build()  # here, not in a test: SKiDL looks through the stack, which is deep there
+BOARD = build()
 
 
 def test_every_pin_of_the_adc_is_wired_or_stays_on_the_evaluation_board():
