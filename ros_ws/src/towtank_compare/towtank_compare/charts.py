@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
-from scipy import signal
 
 from towtank_compare.series import Series
 
@@ -114,6 +113,9 @@ def amplitude_spectrum(heave: Series) -> tuple[np.ndarray, np.ndarray]:
         return np.empty(0), np.empty(0)
     values = np.interp(even, time[part], heave.values[part])
     segment = min(len(values), round(SEGMENT_S * SPECTRUM_RATE_HZ))
+    # Here, because it takes longer to import than all else that a command needs to start
+    from scipy import signal
+
     frequency, power = signal.welch(
         values, SPECTRUM_RATE_HZ, nperseg=segment, detrend="linear", scaling="spectrum"
     )
