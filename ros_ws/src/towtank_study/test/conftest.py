@@ -14,7 +14,7 @@ sys.path.append(str(Path(__file__).parent))  # the tests share small_study
 
 from small_study import SMALL
 from towtank_study.loading import read_document
-from towtank_study.running import PlannedStudy, plan_study
+from towtank_study.tow_study import PlannedTows, plan_tows
 
 
 @pytest.fixture(scope="session")
@@ -23,13 +23,13 @@ def rigs(pytestconfig: pytest.Config) -> Path:
 
 
 @pytest.fixture
-def plan(tmp_path: Path, rigs: Path) -> Callable[[str], PlannedStudy]:
+def plan(tmp_path: Path, rigs: Path) -> Callable[[str], PlannedTows]:
     """Plans a study from its text."""
 
-    def plan_text(text: str = SMALL) -> PlannedStudy:
+    def plan_text(text: str = SMALL) -> PlannedTows:
         path = tmp_path / "study.yaml"
         path.write_text(text)
-        return plan_study(read_document(path), lambda name: rigs / f"{name}.yaml")
+        return plan_tows(read_document(path), lambda name: rigs / f"{name}.yaml")
 
     return plan_text
 

@@ -9,8 +9,9 @@ import pytest
 from towtank_rig.document import Document
 from towtank_study.errors import StudyError
 from towtank_study.manoeuvre_run import case_of, pass_through
-from towtank_study.manoeuvre_running import plan_manoeuvre, run_manoeuvre
+from towtank_study.manoeuvre_study import plan_manoeuvre
 from towtank_study.results import unit_of
+from towtank_study.running import JOURNAL, run_study
 
 TEXT = """\
 name: small
@@ -46,7 +47,7 @@ def planned(text: str = TEXT):
 def test_a_heavy_body_on_a_short_cable_turns_a_little_inside():
     """Drag holds the cable back, so that on a circle it points inward: the body's radius is below
     the ship's, and as it goes slower it hangs deeper."""
-    figures = pass_through("as given", planned().study).figures
+    figures = pass_through(0, planned().study).figures
     assert figures["ship_radius"] == pytest.approx(2 * 150 / (2 * math.pi))
     assert 0.5 * figures["ship_radius"] < figures["body_radius"] < figures["ship_radius"]
     assert figures["depth_in_turn"] > figures["depth_before"]
@@ -56,7 +57,7 @@ def test_a_heavy_body_on_a_short_cable_turns_a_little_inside():
 
 
 def test_after_a_stop_the_tow_hangs_straight_down():
-    figures = pass_through("as given", planned(STOP).study).figures
+    figures = pass_through(0, planned(STOP).study).figures
     # It hangs at rest: 50 m and the stretch of (80 g + half of 150 N) over EA, 9 mm.
     assert figures["depth_at_end"] == pytest.approx(50.009, abs=0.01)
     assert figures["depth_before"] < 49
@@ -80,7 +81,7 @@ def test_what_it_leaves(one_thread, tmp_path):
         "description", "statement: It <takes> time.\ndescription"
     )
     study = planned(text + "cases:\n  slower: {manoeuvre.speed: 1 m/s}\n")
-    summary = run_manoeuvre(study, tmp_path / "o", one_thread, 1)
+    summary = run_study(study, tmp_path / "o", one_thread, 1)
     assert summary == json.loads((tmp_path / "o" / "summary.json").read_text())
     assert summary["cases"]["slower"]["changes"] == {"manoeuvre.speed": "1 m/s"}
     assert summary["cases"]["as given"]["figures"]["time_to_rest"] is None  # not within 20 s
@@ -91,8 +92,43 @@ def test_what_it_leaves(one_thread, tmp_path):
     html = (tmp_path / "o" / "report.html").read_text()
     assert "It &lt;takes&gt; time." in html
     assert 'id="chart-2"' in html
-    with pytest.raises(StudyError, match="exists; give a new one"):
-        run_manoeuvre(study, tmp_path / "o", one_thread, 1)
+    results = pq.read_table(tmp_path / "o" / "results.parquet")
+    assert results["case"].to_pylist() == ["as given", "slower"]
+    assert results["greatest_depth"][1].as_py() > results["greatest_depth"][0].as_py()
+    assert unit_of(results, "greatest_depth") == "m"
+
+
+class Interrupted(Exception):
+    pass
+
+
+def test_a_stopped_manoeuvre_study_goes_on_and_mixes_with_no_other(one_thread, tmp_path):
+    """A case that is in the journal is not simulated again, and the rest comes out alike."""
+    short = STOP.replace("end: 200 s", "end: 20 s")
+    text = short + "cases:\n  slower: {manoeuvre.speed: 1 m/s}\n"
+
+    def stop_after_first(done: int, total: int) -> None:
+        if done:
+            raise Interrupted
+
+    with pytest.raises(Interrupted):
+        run_study(planned(text), tmp_path / "o", one_thread, 1, stop_after_first)
+    journal = tmp_path / "o" / JOURNAL
+    header, first = journal.read_text().splitlines()
+    entry = json.loads(first)
+    assert entry["figures"]["time_to_rest"] is None
+    entry["figures"]["time_to_rest"] = 7.0  # to be known again
+    journal.write_text(f'{header}\n{json.dumps(entry)}\n{{"sample": 1, "ti')  # cut short by a kill
+    resumed = run_study(planned(text), tmp_path / "o", one_thread, 1)
+    whole = run_study(planned(text), tmp_path / "whole", one_thread, 1)
+    assert resumed["cases"]["as given"]["figures"].pop("time_to_rest") == 7.0
+    assert whole["cases"]["as given"]["figures"].pop("time_to_rest") is None
+    assert resumed == whole
+    histories = [pq.read_table(tmp_path / name / "histories.parquet") for name in ("o", "whole")]
+    assert histories[0].equals(histories[1])
+    assert not journal.exists()
+    with pytest.raises(StudyError, match=r"another study.*--out"):
+        run_study(planned(short), tmp_path / "o", one_thread, 1)
 
 
 @pytest.mark.parametrize(

@@ -143,7 +143,7 @@ def test_a_running_study_is_left_alone(plan, one_thread, tmp_path):
     planned = plan()
     (tmp_path / "o").mkdir()
     with (
-        Journal(tmp_path / "o" / JOURNAL, planned.fingerprint),
+        Journal(tmp_path / "o" / JOURNAL, planned.fingerprint, Outcome),
         pytest.raises(StudyError, match="another process"),
     ):
         run_study(planned, tmp_path / "o", one_thread, 1)
@@ -159,14 +159,14 @@ def test_a_directory_of_other_things_is_left_alone(plan, one_thread, tmp_path):
 
 def test_the_journal_gives_back_what_it_took(tmp_path):
     outcomes = [Outcome(3, {"a": 0.1 + 0.2, "b": math.nan}, "why"), Outcome(0, {"a": 1e-300}, None)]
-    with Journal(tmp_path / "j", "f") as journal:
+    with Journal(tmp_path / "j", "f", Outcome) as journal:
         journal.append(outcomes)
-    with Journal(tmp_path / "j", "f") as journal:
-        assert journal.outcomes[0] == outcomes[1]
-        assert journal.outcomes[3].outputs["a"] == 0.1 + 0.2
-        assert math.isnan(journal.outcomes[3].outputs["b"])
+    with Journal(tmp_path / "j", "f", Outcome) as journal:
+        assert journal.findings[0] == outcomes[1]
+        assert journal.findings[3].outputs["a"] == 0.1 + 0.2
+        assert math.isnan(journal.findings[3].outputs["b"])
     with pytest.raises(StudyError):
-        Journal(tmp_path / "j", "other")
+        Journal(tmp_path / "j", "other", Outcome)
 
 
 def test_evaluation_is_repeatable(plan):

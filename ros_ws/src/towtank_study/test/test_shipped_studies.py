@@ -8,8 +8,8 @@ from towtank_rig import load_rig
 from towtank_study.designs import samples
 from towtank_study.evaluation import changed
 from towtank_study.loading import read_document
-from towtank_study.running import plan_study
 from towtank_study.study import Optimisation
+from towtank_study.tow_study import plan_tows
 
 ROOT = Path(__file__).resolve().parents[4]
 STUDIES = [
@@ -31,7 +31,7 @@ def rig_file(name: str) -> Path:
 
 @pytest.mark.parametrize("path", STUDIES, ids=[path.stem for path in STUDIES])
 def test_samples_are_possible_rigs(path):
-    planned = plan_study(read_document(path), rig_file)
+    planned = plan_tows(read_document(path), rig_file)
     assert planned.file.study.name == path.stem
     if isinstance(planned.file.study.design, Optimisation):
         return  # its samples are found on the way
@@ -48,7 +48,7 @@ def test_samples_are_possible_rigs(path):
 )
 def test_the_sensitivity_studies_leave_no_assumption_out(study, rig):
     path = ROOT / "studies" / f"{study}.yaml"
-    parameters = plan_study(read_document(path), rig_file).file.study.parameters
+    parameters = plan_tows(read_document(path), rig_file).file.study.parameters
     varied = {path for parameter in parameters for path in parameter.paths}
     assumed = {
         path

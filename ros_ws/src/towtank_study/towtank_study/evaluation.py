@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 from pydantic import ValidationError
 from towtank_compare.harmonic import AnalysisError
@@ -32,6 +33,19 @@ class Outcome:
     sample: int
     outputs: dict[str, float]
     error: str | None
+
+    def entry(self) -> dict[str, Any]:
+        outputs = {
+            name: value if math.isfinite(value) else None for name, value in self.outputs.items()
+        }
+        return {"sample": self.sample, "outputs": outputs, "error": self.error}
+
+    @classmethod
+    def of_entry(cls, entry: Mapping[str, Any]) -> Outcome:
+        outputs = {
+            name: math.nan if value is None else value for name, value in entry["outputs"].items()
+        }
+        return cls(entry["sample"], outputs, entry["error"])
 
 
 @dataclass(frozen=True)

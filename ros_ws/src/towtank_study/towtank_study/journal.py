@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The journal of a running study: outcomes on the disk as soon as they are there.
+"""The journal of a running study: findings on the disk as soon as they are there.
 
-JSON lines. The first one says which study it is; each further one is an outcome. A line that a kill
+JSON lines. The first one says which study it is; each further one is a finding. A line that a kill
 cut short is dropped when the journal is opened again, and its sample evaluated again.
 """
 
@@ -9,22 +9,26 @@ from __future__ import annotations
 
 import fcntl
 import json
-import math
 import os
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
+from typing import Generic
 
 from towtank_study.errors import StudyError
-from towtank_study.evaluation import Outcome
+from towtank_study.planned import Found
 
 
-class Journal:
-    """An open journal, held by one process at a time. outcomes: by sample, all so far."""
+class Journal(Generic[Found]):
+    """An open journal, held by one process at a time. findings: by sample, all so far."""
 
-    def __init__(self, path: Path, fingerprint: str) -> None:
-        """Open a journal, or begin it. StudyError if it is another study's or in use."""
-        self.outcomes: dict[int, Outcome] = {}
+    def __init__(self, path: Path, fingerprint: str, finding: type[Found]) -> None:
+        """Open a journal of findings of that type, or begin it.
+
+        StudyError if it is another study's or in use.
+        """
+        self.findings: dict[int, Found] = {}
+        self._finding = finding
         self._file = path.open("a+b")
         try:
             self._lock(path)
@@ -33,23 +37,14 @@ class Journal:
             self._file.close()
             raise
 
-    def append(self, outcomes: Iterable[Outcome]) -> None:
-        """Write outcomes; when this returns they are on the disk."""
-        for outcome in outcomes:
-            self.outcomes[outcome.sample] = outcome
-            self._write(
-                {
-                    "sample": outcome.sample,
-                    "outputs": {
-                        name: value if math.isfinite(value) else None
-                        for name, value in outcome.outputs.items()
-                    },
-                    "error": outcome.error,
-                }
-            )
+    def append(self, findings: Iterable[Found]) -> None:
+        """Write findings; when this returns they are on the disk."""
+        for finding in findings:
+            self.findings[finding.sample] = finding
+            self._write(finding.entry())
         self._flush()
 
-    def __enter__(self) -> Journal:
+    def __enter__(self) -> Journal[Found]:
         return self
 
     def __exit__(
@@ -84,12 +79,8 @@ class Journal:
                 f"directory with --out"
             )
         for line in lines:
-            entry = json.loads(line)
-            outputs = {
-                name: math.nan if value is None else value
-                for name, value in entry["outputs"].items()
-            }
-            self.outcomes[entry["sample"]] = Outcome(entry["sample"], outputs, entry["error"])
+            finding = self._finding.of_entry(json.loads(line))
+            self.findings[finding.sample] = finding
 
     def _write(self, entry: dict[str, object]) -> None:
         # Python's shortest form of a float gives the same float back.

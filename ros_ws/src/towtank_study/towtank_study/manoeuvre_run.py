@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,16 +47,31 @@ until its speed stays below 1 % of the tow's. A time that the run does not conta
 
 @dataclass(frozen=True)
 class Passage:
-    """What was recorded of one case. time: s, (n,). ship, body: position, m, (n, 3).
-    body_velocity: m/s, (n, 3). top_tension: N, (n,). figures: by name, see FIGURES."""
+    """What was recorded of one case, the sample of that number.
 
-    case: str
+    time: s, (n,). ship, body: position, m, (n, 3). body_velocity: m/s, (n, 3). top_tension: N,
+    (n,). figures: by name, see FIGURES.
+    """
+
+    sample: int
     time: Array
     ship: Array
     body: Array
     body_velocity: Array
     top_tension: Array
     figures: dict[str, float | None]
+
+    def entry(self) -> dict[str, Any]:
+        arrays = {name: getattr(self, name).tolist() for name in _ARRAYS}
+        return {"sample": self.sample, **arrays, "figures": self.figures}
+
+    @classmethod
+    def of_entry(cls, entry: Mapping[str, Any]) -> Passage:
+        arrays = {name: np.array(entry[name]) for name in _ARRAYS}
+        return cls(sample=entry["sample"], **arrays, figures=entry["figures"])
+
+
+_ARRAYS = ("time", "ship", "body", "body_velocity", "top_tension")
 
 
 def case_of(document: Document, changes: Mapping[str, float | str]) -> Manoeuvre:
@@ -64,7 +80,7 @@ def case_of(document: Document, changes: Mapping[str, float | str]) -> Manoeuvre
     return validate(Document(text, document.source), Manoeuvre)
 
 
-def pass_through(case: str, study: Manoeuvre) -> Passage:
+def pass_through(sample: int, study: Manoeuvre) -> Passage:
     """Simulate the manoeuvre. Raises sim_core's InvalidInput and ConvergenceError."""
     result = sc.run(
         tow(study).build(),
@@ -81,7 +97,7 @@ def pass_through(case: str, study: Manoeuvre) -> Passage:
         "body_velocity": body.velocity,
         "top_tension": result.lines["cable"].start_tension,
     }
-    return Passage(case=case, **histories, figures=figures(study.manoeuvre, **histories))
+    return Passage(sample=sample, **histories, figures=figures(study.manoeuvre, **histories))
 
 
 def tow(study: Manoeuvre) -> sc.System:

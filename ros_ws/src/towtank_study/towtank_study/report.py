@@ -13,28 +13,48 @@ from plotly.offline import get_plotlyjs
 
 from towtank_study import charts
 from towtank_study.curves import main_outputs, plots_of
+from towtank_study.manoeuvre import Manoeuvre
+from towtank_study.manoeuvre_charts import manoeuvre_figures
 from towtank_study.study import LatinHypercube, Optimisation, Sobol, Study
 from towtank_study.variables import Variable
 
 
-def report_html(
+def tows_report(
     study: Study,
     variables: Sequence[Variable],
     table: pa.Table,
     summary: dict[str, Any],
     histories: pa.Table | None = None,
 ) -> str:
-    """The report as text. table: the results; summary: as `summarise` gives it; histories: as
-    `histories_table` gives them."""
+    """The report of a rig's tow as text. table: the results; summary: as `summarise` gives it;
+    histories: as `histories_table` gives them."""
     figures = list(_figures(study, variables, table, summary))
     if histories is not None:
         paths = [variable.path for variable in variables]
         figures += charts.history_figures(paths, table, histories)
-    return page_html("report.html.j2", figures, study=study, summary=summary)
+    return _page("tows.html.j2", figures, study=study, summary=summary)
 
 
-def page_html(template: str, figures: Iterable[tuple[str, Figure]], **values: object) -> str:
-    """Fill a template that builds on page.html.j2, with `charts` made of headings and figures."""
+def manoeuvre_report(study: Manoeuvre, histories: pa.Table, summary: dict[str, Any]) -> str:
+    """The report of a manoeuvre as text. histories, summary: those of the planned study."""
+    sections = {"water": study.water, "cable": study.cable, "body": study.body}
+    assumptions = [
+        (f"{name}.{key}", quantity)
+        for name, section in sections.items()
+        for key, quantity in section
+        if getattr(quantity, "basis", "") == "assumed"
+    ]
+    figures = manoeuvre_figures(histories)
+    return _page(
+        "manoeuvre.html.j2", figures, study=study, summary=summary, assumptions=assumptions
+    )
+
+
+def _page(template: str, figures: Iterable[tuple[str, Figure]], **values: object) -> str:
+    """Fill a template that builds on page.html.j2, with `charts` made of headings and figures.
+
+    values: `study`, `summary` and what else the template shows.
+    """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("towtank_study"),
         autoescape=True,

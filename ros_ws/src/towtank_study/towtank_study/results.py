@@ -20,12 +20,10 @@ def results_table(
     variables: Sequence[Variable],
     samples: Sequence[Sample],
     outcomes: Sequence[Outcome],
-    metadata: Mapping[str, str],
 ) -> pa.Table:
     """Return a row for each sample: its number, the parameters, the outputs, and `error`.
 
-    Columns hold their `unit` in their metadata; outputs of a failed sample are null. metadata: of
-    the whole table.
+    Columns hold their `unit` in their metadata; outputs of a failed sample are null.
     """
     outputs = list(outcomes[0].outputs)
     columns = {
@@ -43,19 +41,16 @@ def results_table(
         },
         "error": ("", pa.array([outcome.error for outcome in outcomes], pa.string())),
     }
-    return table_with_units(columns, metadata)
+    return table_with_units(columns)
 
 
-def table_with_units(
-    columns: Mapping[str, tuple[str, pa.Array]], metadata: Mapping[str, str]
-) -> pa.Table:
+def table_with_units(columns: Mapping[str, tuple[str, pa.Array]]) -> pa.Table:
     """Return a table of columns, each with its unit (`1` for plain numbers, empty for text)."""
     schema = pa.schema(
         [
             pa.field(name, array.type, metadata={"unit": unit} if unit else None)
             for name, (unit, array) in columns.items()
-        ],
-        metadata=dict(metadata),
+        ]
     )
     return pa.table([array for _, array in columns.values()], schema=schema)
 

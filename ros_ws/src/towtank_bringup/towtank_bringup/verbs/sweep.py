@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Executor
 from pathlib import Path
 
@@ -16,16 +15,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from towtank_rig import RigError
-from towtank_rig.document import Document
 from towtank_study.errors import StudyError
 from towtank_study.execution import dask_cluster, local_pool
 from towtank_study.loading import read_document
-from towtank_study.manoeuvre_running import plan_manoeuvre, run_manoeuvre
 from towtank_study.running import REPORT, plan_study, run_study
 
 from towtank_bringup.rigs import rig_path
-
-StartExecutor = Callable[[], contextlib.AbstractContextManager[tuple[Executor, int]]]
 
 
 @click.command(name="sweep")
@@ -48,39 +43,22 @@ def command(
     if workers and scheduler:
         raise click.UsageError("--workers and --scheduler exclude each other: give one")
     try:
-        document = read_document(study)
-        run = _manoeuvre if "manoeuvre" in document.data else _parameter_study
-        run(document, out, as_json, lambda: _executor(workers, scheduler))
+        planned = plan_study(read_document(study), rig_path)
+        name = planned.name
+        directory = out or Path("sweeps") / f"{name}-{planned.fingerprint[:8]}"
+        with (
+            _executor(workers, scheduler) as (executor, parallel),
+            _bar(name, planned.most_samples) as bar,
+        ):
+            summary = run_study(planned, directory, executor, parallel, bar)
     except (StudyError, RigError) as error:
         raise click.ClickException(str(error)) from error
-
-
-def _parameter_study(
-    document: Document, out: Path | None, as_json: bool, start_executor: StartExecutor
-) -> None:
-    planned = plan_study(document, rig_path)
-    name = planned.file.study.name
-    directory = out or Path("sweeps") / f"{name}-{planned.fingerprint[:8]}"
-    with start_executor() as (executor, parallel), _bar(name, planned.most_samples) as bar:
-        summary = run_study(planned, directory, executor, parallel, bar)
     if as_json:
         click.echo(json.dumps(summary, indent=2))
+    elif "cases" in summary:
+        _print_figures(summary, directory)
     else:
         _print_summary(summary, directory)
-
-
-def _manoeuvre(
-    document: Document, out: Path | None, as_json: bool, start_executor: StartExecutor
-) -> None:
-    planned = plan_manoeuvre(document)
-    name = planned.study.name
-    directory = out or Path("sweeps") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
-    with start_executor() as (executor, parallel), _bar(name, len(planned.cases)) as bar:
-        summary = run_manoeuvre(planned, directory, executor, parallel, bar)
-    if as_json:
-        click.echo(json.dumps(summary, indent=2))
-    else:
-        _print_figures(summary, directory)
 
 
 @contextlib.contextmanager
