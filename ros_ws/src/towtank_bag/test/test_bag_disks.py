@@ -16,6 +16,7 @@ from text_bag import RIG, TOPIC, text_message, wait_until
 from towtank_bag import recorder, writer
 from towtank_bag.layout import BagError
 from towtank_bag.reader import open_bag
+from towtank_bag.recorded_rig import recorded_rig
 from towtank_bag.writer import BagWriter
 
 
@@ -75,7 +76,7 @@ def test_what_is_handed_over_is_on_the_disk_within_a_second(tmp_path, monkeypatc
         cut.mkdir()
         (cut / "bag_0.mcap").write_bytes(whole[:length])
         assert len(numbers_of(cut)) >= before
-        assert open_bag(cut).rig_text == "name: any\n"
+        assert recorded_rig(open_bag(cut)).text == "name: any\n"
     bag.close()
 
 

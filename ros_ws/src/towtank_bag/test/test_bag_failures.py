@@ -14,6 +14,7 @@ from text_bag import RIG, TOPIC, text_message, wait_until
 from towtank_bag.definitions import DefinitionError, message_definition
 from towtank_bag.layout import BagError
 from towtank_bag.reader import open_bag
+from towtank_bag.recorded_rig import recorded_rig
 from towtank_bag.writer import BagWriter
 
 # Records numbered messages at 1 kHz and says after each how many were handed over and how many
@@ -61,7 +62,7 @@ def test_a_killed_writer_leaves_all_that_it_had_flushed(tmp_path):
     assert len(payloads) == len(numbers)
     assert not bag.complete
     assert "broke off" in bag.problem
-    assert bag.rig_text == "name: any\n"
+    assert recorded_rig(bag).text == "name: any\n"
     assert (directory / "RECORDING").exists()
     assert not (directory / "metadata.yaml").exists()
 

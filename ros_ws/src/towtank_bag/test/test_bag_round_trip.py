@@ -13,6 +13,7 @@ from sensor_msgs.msg import FluidPressure, Imu, JointState
 from std_msgs.msg import Header, String
 from towtank_bag.layout import BagError
 from towtank_bag.reader import open_bag
+from towtank_bag.recorded_rig import recorded_rig
 from towtank_bag.writer import Attachment, BagWriter, RawMessage
 from towtank_interfaces.msg import (
     AdcScan,
@@ -197,7 +198,7 @@ def test_metadata_yaml_has_what_rosbag2_asks_for(bag_directory):
 def test_a_finished_bag_is_complete(bag_directory):
     bag = open_bag(bag_directory)
     assert bag.complete
-    assert bag.rig_text == "name: nit  # exact\n"
+    assert recorded_rig(bag).text == "name: nit  # exact\n"
     assert bag.metadata["towtank"] == {"version": "0"}
     assert sorted(path.name for path in bag_directory.iterdir()) == [
         "metadata.yaml",

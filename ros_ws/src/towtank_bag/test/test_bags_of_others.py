@@ -14,6 +14,7 @@ from test_bag_damage import numbers
 from towtank_bag.definitions import message_definition
 from towtank_bag.layout import BagError
 from towtank_bag.reader import open_bag
+from towtank_bag.recorded_rig import recorded_rig
 
 CHUNKS = 3
 COUNT = PER_CHUNK * CHUNKS
@@ -35,7 +36,7 @@ def test_every_form_of_mcap_is_read(original, tmp_path, options):
     opened = open_bag(rewrite(original, tmp_path / "v" / "a.mcap", **options).parent)
     assert numbers(opened) == list(range(COUNT))
     assert opened.complete
-    assert opened.rig_text == "name: any\n"
+    assert recorded_rig(opened).text == "name: any\n"
     unchecked = "enable_crcs" in options or "use_chunking" in options
     assert any("no checksums" in note for note in opened.notes) == unchecked
 
@@ -82,7 +83,7 @@ def test_splits_are_read_in_the_order_of_recording(original, tmp_path, listed):
     opened = open_bag(folder)
     assert numbers(opened) == list(range(COUNT))
     assert opened.complete
-    assert opened.rig_text == "name: any\n"
+    assert recorded_rig(opened).text == "name: any\n"
 
 
 def test_a_split_that_is_missing_is_told(original, tmp_path):

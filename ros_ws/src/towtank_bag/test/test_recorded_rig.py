@@ -81,13 +81,13 @@ def test_a_zeroed_checksum_is_not_one_that_is_missing(tmp_path):
 def test_where_none_agrees_none_is_believed(tmp_path, witnesses):
     bag = open_bag(write(tmp_path / "bag", **witnesses).parent)
     with pytest.raises(BagError, match=r"damaged or not the one .* --rig FILE"):
-        _ = bag.rig_text
+        _ = recorded_rig(bag).text
 
 
 def test_a_bag_without_any_rig_asks_for_one(tmp_path):
     bag = open_bag(write(tmp_path / "bag", attached=None, published=None).parent)
     with pytest.raises(BagError, match=r"holds no rig file; give it with --rig FILE"):
-        _ = bag.rig_text
+        _ = recorded_rig(bag).text
 
 
 def test_a_rig_that_nothing_vouches_for_is_marked(tmp_path):

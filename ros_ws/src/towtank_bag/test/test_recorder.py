@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from rclpy.executors import SingleThreadedExecutor
 from towtank_bag.reader import open_bag
+from towtank_bag.recorded_rig import recorded_rig
 from towtank_interfaces.msg import Depth, TrialEvent
 from towtank_node import names, topics
 from towtank_node.endpoints import publisher, subscription
@@ -125,7 +126,7 @@ def test_the_bag_holds_what_was_sent(make_graph, tmp_path):
     raw = bag.raw(topics.FISH_DEPTH.name)
     assert (raw.log_time_ns >= raw.publish_time_ns).all()
     assert [m.event for _, m in bag.messages(topics.EVENTS.name)] == ["started"]
-    assert bag.rig_text == RIG.read_text()
+    assert recorded_rig(bag).text == RIG.read_text()
     assert [m.data for _, m in bag.messages(topics.RIG.name)] == [RIG.read_text()]
     assert "fish_pressure" in bag.attachments["calibration.json"].decode()
     assert bag.metadata["towtank"]["rig"] == "nit_calicut_2012"

@@ -20,7 +20,6 @@ from towtank_bag.bag_state import BagState, LostStretch, state_of
 from towtank_bag.layout import BagError
 from towtank_bag.mcap_scan import AttachedFile, MessageKey, NoMcapError, Scan, scan_file
 from towtank_bag.message_reader import MessageForm, MessageReader
-from towtank_bag.recorded_rig import recorded_rig
 
 __all__ = ["Bag", "BagError", "LostStretch", "RawTopic", "TopicInfo", "open_bag"]
 
@@ -92,12 +91,6 @@ class Bag:
     def lost(self) -> list[LostStretch]:
         """Stretches of the recording in which messages are lost, or may be."""
         return self._state.lost
-
-    @property
-    def rig_text(self) -> str:
-        """The rig file that the bag was recorded with, as `recorded_rig` finds it; raises BagError
-        where there is none that can be believed."""
-        return recorded_rig(self).text
 
     def raw(self, topic: str) -> RawTopic:
         """All messages of a topic, still serialised; none for a topic that is not in the bag."""

@@ -5,14 +5,11 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from towtank_node.topics import RIG
 
 from towtank_bag.layout import RECORDER_METADATA, RIG_ATTACHMENT, BagError
-
-if TYPE_CHECKING:
-    from towtank_bag.reader import Bag
+from towtank_bag.reader import Bag
 
 
 @dataclass(frozen=True)
