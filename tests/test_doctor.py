@@ -18,6 +18,7 @@ from towtank_daq.doctor import REST_S, Examination, examine, port_checks
 from towtank_daq.identity import eeprom_image
 from towtank_daq.protocol import Protocol
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 from vboard import Bootloader, VirtualBoard
 from virtual_line import COUNTS, MS, VirtualLine
 
@@ -216,7 +217,7 @@ def test_an_adc_that_resets_itself_is_found():
     ids=["the rig's", "another's", "unset"],
 )
 def test_a_board_is_that_of_the_rig(tmp_path, stored, wrong):
-    rig = RIG.replace({"board.calibration_id": 3})
+    rig = replaced(RIG, {"board.calibration_id": 3})
     eeprom = tmp_path / "eeprom"
     image = b"" if stored is None else eeprom_image(BOARD, 17, stored)
     eeprom.write_bytes(image.ljust(EEPROM_BYTES, b"\xff"))

@@ -36,11 +36,12 @@ from towtank_rig.conversion import (
     pressure_conversion,
     pressure_from_depth,
 )
+from towtank_rig.loading import replaced
 from towtank_sim.bench_frame import bench_frame
 from towtank_uncertainty import sensor_errors
 from vboard import ResetCause
 
-BARE = load_rig(rig_path("nit_calicut_2012")).replace({"calibrations": {}})
+BARE = replaced(load_rig(rig_path("nit_calicut_2012")), {"calibrations": {}})
 DESCRIPTION = load_description(installed_description())
 _FRAME_NS = 5_000_000
 _LEAD_NS = 20_000_000
@@ -203,7 +204,7 @@ def test_six_positions_at_the_board(laboratory):
     evaluation = procedures.evaluate_accelerometer(BARE, rows, level_limit=1e-6)
     found = {f.name: f for f in evaluation.findings}
     # Three positions and their opposites tell the directions of the axes, bend or not
-    read = BARE.replace({"calibrations": {"accelerometer": _dated(evaluation.section)}})
+    read = replaced(BARE, {"calibrations": {"accelerometer": _dated(evaluation.section)}})
     tilted = laboratory.errors.accelerometer.volts(specific_force(0.1, 0.2, 9.782))
     angles = [
         abs(float(pitch(accelerometer_conversion(rig).specific_force(tilted))) - 0.2)

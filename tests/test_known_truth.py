@@ -27,6 +27,7 @@ from towtank_daq.encoder import Drive
 from towtank_daq.inclinometer import Inclinometer
 from towtank_daq.pressure import PressureReading, PressureSensor
 from towtank_rig import Rig, conversion, load_rig
+from towtank_rig.loading import replaced
 from towtank_sim.axes import to_tank
 from towtank_sim.drive import trial_commands
 from towtank_sim.offline import simulate_plant
@@ -225,7 +226,7 @@ def assert_covered(inside: np.ndarray, what: str) -> None:
 def known(request) -> KnownTruth:
     name, calibrated = request.param
     rig = load_rig(RIGS / f"{name}.yaml")
-    return KnownTruth(rig if calibrated else rig.replace({"calibrations": {}}), seed=1)
+    return KnownTruth(rig if calibrated else replaced(rig, {"calibrations": {}}), seed=1)
 
 
 @pytest.mark.parametrize("sensor", SENSORS)

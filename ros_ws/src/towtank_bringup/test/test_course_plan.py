@@ -17,13 +17,14 @@ from towtank_bringup.course_plan import (
 )
 from towtank_bringup.rigs import rig_path
 from towtank_rig import Rig, load_rig
+from towtank_rig.loading import replaced
 
 NIT = load_rig(rig_path("nit_calicut_2012"))
 WU = load_rig(rig_path("wu_chwang_2001"))
 
 
 def short_tank(length: float) -> Rig:
-    return NIT.replace({"tank.length": {"value": f"{length} m", "basis": "measured"}})
+    return replaced(NIT, {"tank.length": {"value": f"{length} m", "basis": "measured"}})
 
 
 def test_the_default_trial_fits_the_tank_it_was_made_in():
@@ -96,16 +97,16 @@ def test_a_log_too_short_for_a_ratio_is_refused(duration):
 
 def test_a_slow_crank_needs_a_longer_log():
     """Two periods of 20 s, 3 % slow: 41.24 s."""
-    slow = WU.replace({"run.crank_rate": 2 * math.pi / 20})
+    slow = replaced(WU, {"run.crank_rate": 2 * math.pi / 20})
     with pytest.raises(PlanError, match=r"give at least the 41\.3 s"):
         plan_course(slow, 40.0, attended=False)
     assert plan_course(slow, attended=False).duration >= 41.24
     with pytest.raises(PlanError, match="the crank of wu_chwang_2001 stands"):
-        plan_course(WU.replace({"run.crank_rate": 0.0}), attended=False)
+        plan_course(replaced(WU, {"run.crank_rate": 0.0}), attended=False)
 
 
 def test_a_standing_carriage_needs_no_tank():
-    still = NIT.replace({"run.carriage_speed": 0.0})
+    still = replaced(NIT, {"run.carriage_speed": 0.0})
     course = plan_course(still, attended=True)
     assert (course.settle_time, course.duration, course.run_length) == (15.0, 40.0, 0.0)
     assert course.after(100.0) == course

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from towtank_bringup.cli import towtank
 from towtank_daq.description import installed_description, load_description
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 
 EXAMPLES = Path(__file__).parents[4] / "docs" / "laboratory"
 
@@ -244,7 +245,7 @@ def test_uncertainty_of_a_rig_that_does_not_heave(tmp_path):
     still = tmp_path / "still.yaml"
     rig = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
     changes = {"name": "still", "tow_point.motion.crank_radius": "0 m"}
-    still.write_text(rig.replace(changes).text)
+    still.write_text(replaced(rig, changes).text)
     refused = run("uncertainty", still)
     assert refused.exit_code == 1 and "does not move: give --amplitude" in refused.output
     assert run("uncertainty", still, "--amplitude", 0.05, "--draws", 1000).exit_code == 0

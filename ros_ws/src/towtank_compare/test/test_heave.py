@@ -14,6 +14,7 @@ from towtank_compare.kinematics import bow_up_pitch, place_height
 from towtank_compare.series import Series
 from towtank_rig import load_rig
 from towtank_rig.conversion import depth_from_pressure, pressure_from_depth
+from towtank_rig.loading import replaced
 from towtank_uncertainty.combination import combine
 from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
 from towtank_uncertainty.intervals import Normal, Rectangular, half_width
@@ -152,8 +153,8 @@ def test_the_scatters_interval_covers_the_truth():
     """The scatter's own interval (the sensors' systematic part put to nothing) misses the truth in
     200 runs no more and no less often than 5 % allow, between the 0.01 % and 99.99 % points."""
     runs, missed = 200, {"ratio": 0, "fish": 0, "depressor": 0, "phase": 0}
-    calm = RIG.replace(
-        {f"sensors.{body}_pressure.errors.surge_speed": 0.0 for body in ("fish", "depressor")}
+    calm = replaced(
+        RIG, {f"sensors.{body}_pressure.errors.surge_speed": 0.0 for body in ("fish", "depressor")}
     )
     for seed in range(runs):
         samples = make_samples("measured", duration_s=10.0, noise_m=3e-4, seed=seed)
@@ -244,8 +245,8 @@ def test_u95_covers_the_errors_of_sensors_drawn_from_the_budget():
     """300 pairs of sensors with errors drawn from the rig's tolerances read the same motion. The
     interval misses the true ratio and amplitudes as often as 5 % allows, between the 0.01 % and
     99.99 % points. Surge past the ports is left out of the budget: this motion has none."""
-    still = RIG.replace(
-        {f"sensors.{body}_pressure.errors.surge_speed": 0.0 for body in ("fish", "depressor")}
+    still = replaced(
+        RIG, {f"sensors.{body}_pressure.errors.surge_speed": 0.0 for body in ("fish", "depressor")}
     )
     runs, missed = 300, {"ratio": 0, "fish": 0, "depressor": 0}
     clean = make_samples("measured", duration_s=10.0)

@@ -9,6 +9,7 @@ import pytest
 from towtank_daq.encoder import Drive
 from towtank_daq.pressure import PressureSensor, ZeroingError
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 
 RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
 ALL_VALID = 0x3F
@@ -172,7 +173,7 @@ def test_uncertainty_grows_with_the_way_from_the_place_of_zeroing(sensor, rig):
 
 
 def test_flow_past_the_port_is_taken_out_and_makes_depth_uncertain(rig, description):
-    changed = rig.replace({"sensors.depressor_pressure.flow_coefficient": {"value": 0.2}})
+    changed = replaced(rig, {"sensors.depressor_pressure.flow_coefficient": {"value": 0.2}})
     sensor = PressureSensor(changed, description, "depressor_pressure", zero_scans=10)
     dynamic = 0.5 * changed.water.density.value  # Pa at 1 m/s
     scan = codes(1.2, changed, noise=0.2 * dynamic)

@@ -27,6 +27,7 @@ from towtank_interfaces.msg import SensorHealth
 from towtank_node.health import Health
 from towtank_rig import load_rig
 from towtank_rig.conversion import pressure_from_depth
+from towtank_rig.loading import replaced
 from towtank_uncertainty import sensor_errors
 
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
@@ -115,7 +116,7 @@ def test_limits_are_no_wider_than_errors_at_their_limits(description):
 
 def test_excitation_range_is_the_rigs_or_the_boards(description):
     assert excitation_range(RIG, description) == (9.5, 10.5)
-    rig = RIG.replace({"board.excitation": {"value": "10 V", "range": [9.9, 10.2]}})
+    rig = replaced(RIG, {"board.excitation": {"value": "10 V", "range": [9.9, 10.2]}})
     assert excitation_range(rig, description) == (9.9, 10.2)
 
 

@@ -10,13 +10,13 @@ import pytest
 from towtank_lab.pressure_calibration import Immersion, calibrate_pressure, section
 from towtank_rig import load_rig
 from towtank_rig.conversion import depth_from_pressure, pressure_conversion, pressure_from_depth
-from towtank_rig.loading import vary
+from towtank_rig.loading import replaced, vary
 from towtank_rig.quantity import NORMAL_95
 from towtank_uncertainty import sensor_errors
 from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
 
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
-BARE = RIG.replace({"calibrations": {}})
+BARE = replaced(RIG, {"calibrations": {}})
 STAIRS = (0.0, 0.5, 1.0, 1.5, 2.0, 1.5, 1.0, 0.5, 0.0)
 # The calibration's day: another temperature than the trial's is an error of the trial.
 SINCE = ("span over temperature", "hysteresis")

@@ -17,11 +17,12 @@ from towtank_lab.accelerometer_calibration import (
 )
 from towtank_rig import load_rig
 from towtank_rig.conversion import accelerometer_conversion, pitch, roll, rotation
+from towtank_rig.loading import replaced
 from towtank_uncertainty import sensor_errors
 from towtank_uncertainty.inclination_budget import inclination_budget
 
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
-BARE = RIG.replace({"calibrations": {}})
+BARE = replaced(RIG, {"calibrations": {}})
 SIX = [(math.radians(r), math.radians(p)) for r, p in SIX_POSITIONS.values()]
 LEVEL = math.radians(0.3)
 TRIALS = 200
@@ -38,7 +39,7 @@ def _calibrated(sensor, rng):
     ]
     result = calibrate_accelerometer(BARE, positions, level_limit=LEVEL)
     found = {"id": "test", "date": "2026-01-01", **section(result, len(positions))}
-    return RIG.replace({"calibrations.accelerometer": found})
+    return replaced(RIG, {"calibrations.accelerometer": found})
 
 
 @pytest.fixture(scope="module")

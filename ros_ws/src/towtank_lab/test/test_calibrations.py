@@ -22,6 +22,7 @@ from towtank_lab.least_squares import fit
 from towtank_lab.pressure_calibration import Immersion, calibrate_pressure
 from towtank_rig import load_rig
 from towtank_rig.conversion import rotation
+from towtank_rig.loading import replaced
 from towtank_rig.motion import tow_point_motion
 
 RIGS = Path(__file__).parents[4] / "hardware" / "rigs"
@@ -58,7 +59,7 @@ def test_exact_immersions_give_the_line_back(span, offset):
 
 def test_other_excitation_is_brought_to_the_reference():
     """At 5 V the bridge gives half; the span is stated at 10 V."""
-    rig = RIG.replace({"board.excitation": 5.0})
+    rig = replaced(RIG, {"board.excitation": 5.0})
     halved = [Immersion(i.depth, i.volts / 2.0) for i in immersions(0.0396, 1e-4)]
     found = calibrate_pressure(rig, "fish_pressure", halved, tape_limit=0.0, zero_limit=0.0)
     assert found.span.value == pytest.approx(0.0396, rel=1e-12)
@@ -153,7 +154,7 @@ def test_exact_positions_give_the_sensor_back(turned, coupling, seed):
 def test_accelerometer_intervals_cover_the_truth():
     """200 calibrations with 1 mV of scatter a reading, three straight axes each: 95 % of zeros and
     sensitivities inside, four standard deviations of 600 counts are 3.6 %."""
-    rig = RIG.replace({"sensors.accelerometer.errors.nonlinearity": 0.0})
+    rig = replaced(RIG, {"sensors.accelerometer.errors.nonlinearity": 0.0})
     inside = np.zeros(2)
     for seed in range(200):
         found = calibrate_accelerometer(
@@ -199,7 +200,7 @@ def test_shares_of_a_lean_are_those_derived(along, zeros, level):
     felt = moved + found.misalignment[:, 2] / lean
     assert felt[:2] == pytest.approx(level[:2], abs=1e-3)
     # Both leans at once, and no bend: each axis has the share of its own
-    straight = RIG.replace({"sensors.accelerometer.errors.nonlinearity": 0.0})
+    straight = replaced(RIG, {"sensors.accelerometer.errors.nonlinearity": 0.0})
     taken = positions(ZERO, SENSITIVITY, np.zeros((3, 3)), SIX)
     stated = calibrate_accelerometer(straight, taken, level_limit=lean)
     per_limit = 1.959964 / math.sqrt(3.0) * SENSITIVITY[along] * G * lean

@@ -12,6 +12,7 @@ from towtank_lab.accelerometer_calibration import SIX_POSITIONS, specific_force
 from towtank_lab.procedures import evaluate_accelerometer, evaluate_crank
 from towtank_rig import load_rig
 from towtank_rig.conversion import rotation
+from towtank_rig.loading import replaced
 from towtank_rig.motion import tow_point_motion
 
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
@@ -59,7 +60,7 @@ def accelerometer(rig, rows):
 def after(evaluation):
     """The rig with the calibration in force."""
     section = {"id": "the-first", "date": "2026-01-01", **evaluation.section}
-    return RIG.replace({f"calibrations.{evaluation.sensor}": section})
+    return replaced(RIG, {f"calibrations.{evaluation.sensor}": section})
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ import re
 from collections.abc import Iterator
 
 from towtank_rig import Quantity, Rig, parse_rig
+from towtank_rig.loading import replaced
 from towtank_rig.quantity import Tolerance
 
 Exponents = tuple[float, float, float]
@@ -111,7 +112,7 @@ def scale_rig(rig: Rig, scale: float, name: str) -> Rig:
     }
     changes["name"] = name
     changes["description"] = f"{rig.description.strip()} ({origin}.)"
-    return parse_rig(_HEAD.format(origin=origin) + rig.replace(changes).text, f"{name}.yaml")
+    return parse_rig(_HEAD.format(origin=origin) + replaced(rig, changes).text, f"{name}.yaml")
 
 
 def _stands(rig: Rig, path: str) -> bool:

@@ -11,6 +11,7 @@ from towtank_rig import RigError, load_rig, parse_rig
 from towtank_rig.calibration_files import parse_calibration_file
 from towtank_rig.check import calibration_warnings, check_rig
 from towtank_rig.conversion import pressure_conversion
+from towtank_rig.loading import replaced
 
 RIG = Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
 ID = "fish_pressure-20261124T101500Z"
@@ -66,7 +67,7 @@ def test_the_text_explains_itself_without_the_file(rig_file):
     assert dict(again.quantities()) == dict(rig.quantities())
     assert again.calibrations == rig.calibrations
     assert rig.calibration_records == {f"calibrations/{ID}.yaml": RECORD}
-    assert rig.replace({"run.ramp_time": 5.0}).calibration_records == rig.calibration_records
+    assert replaced(rig, {"run.ramp_time": 5.0}).calibration_records == rig.calibration_records
     assert rig.text.count("# ") == rig_file.read_text().count("# ")  # comments stay
 
 
@@ -108,7 +109,7 @@ def test_what_is_missing_or_out_of_date_is_told(rig_file):
     ]  # the first two are assumed and have no record, the last is not there
     after = calibration_warnings(rig, datetime.date(2027, 5, 25))
     assert after[0].startswith(f"calibrations.fish_pressure: {ID} was due on 2027-05-24")
-    bare = calibration_warnings(rig.replace({"calibrations": {}}), datetime.date(2027, 1, 1))
+    bare = calibration_warnings(replaced(rig, {"calibrations": {}}), datetime.date(2027, 1, 1))
     assert len(bare) == 4 and all("there is none" in line for line in bare)
 
 

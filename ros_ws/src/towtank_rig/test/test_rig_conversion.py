@@ -24,6 +24,7 @@ from towtank_rig.conversion import (
     roll,
     rotation,
 )
+from towtank_rig.loading import replaced
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 BRIDGE = Channel(gain=40.37, offset=0.0, reference_volts=2.5, bipolar=True)
@@ -83,25 +84,26 @@ def test_code_of_a_ratiometric_bridge_does_not_feel_the_excitation(pressure, exc
 
 def test_board_at_half_the_excitation_halves_the_volts_of_the_same_pressure():
     full = pressure_conversion(RIG, "fish_pressure")
-    half = pressure_conversion(RIG.replace({"board.excitation": 5.0}), "fish_pressure")
+    half = pressure_conversion(replaced(RIG, {"board.excitation": 5.0}), "fish_pressure")
     pressures = np.linspace(0.0, 5e4, 11)
     np.testing.assert_allclose(half.volts(pressures), full.volts(pressures) / 2, rtol=1e-15)
     np.testing.assert_allclose(half.pressure(half.volts(pressures)), pressures, rtol=1e-14)
 
 
 def test_calibration_takes_the_place_of_the_data_sheet():
-    calibrated = RIG.replace(
+    calibrated = replaced(
+        RIG,
         {
             "calibrations.fish_pressure.span": 0.0395,
             "calibrations.fish_pressure.offset": 0.0002,
             "calibrations.fish_pressure.afe_gain": 40.5,
-        }
+        },
     )
     conversion = pressure_conversion(calibrated, "fish_pressure")
     assert conversion.pressure(0.0397) == pytest.approx(50_000.0, rel=1e-12)
     assert calibrated_channel(calibrated, "fish_pressure", BRIDGE).gain == 40.5
     assert calibrated_channel(calibrated, "depressor_pressure", BRIDGE) == BRIDGE
-    bare = RIG.replace({"calibrations": {}, "sensors.fish_pressure.span": 0.041})
+    bare = replaced(RIG, {"calibrations": {}, "sensors.fish_pressure.span": 0.041})
     assert pressure_conversion(bare, "fish_pressure").span == 0.041
 
 
@@ -148,7 +150,8 @@ def test_specific_force_to_volts_and_back(force):
     assert mounted.specific_force(mounted.volts(force)) == pytest.approx(force, abs=1e-12)
 
 
-MOUNTED = RIG.replace(
+MOUNTED = replaced(
+    RIG,
     {
         "sensors.accelerometer.mounting.roll": 0.5,
         "sensors.accelerometer.mounting.pitch": -0.2,
@@ -158,7 +161,7 @@ MOUNTED = RIG.replace(
             name: f"{0.01 * number} rad"
             for number, name in enumerate(("xy", "xz", "yx", "yz", "zx", "zy"), start=-2)
         },
-    }
+    },
 )
 
 
@@ -166,7 +169,7 @@ def test_misaligned_axis_feels_what_lies_across_it():
     """Axis x leans by 0.02 towards z: level, it feels 0.02 g, which is no pitch."""
     path = "calibrations.accelerometer.misalignment"
     leaning = {name: "0 rad" for name in ("xy", "xz", "yx", "yz", "zx", "zy")} | {"xz": "0.02 rad"}
-    conversion = accelerometer_conversion(RIG.replace({path: leaning}))
+    conversion = accelerometer_conversion(replaced(RIG, {path: leaning}))
     level = conversion.volts([0.0, 0.0, 10.0])
     assert level[0] - conversion.zero_g[0] == pytest.approx(0.2 * conversion.sensitivity[0])
     assert pitch(conversion.specific_force(level)) == pytest.approx(0.0, abs=1e-12)
@@ -175,13 +178,13 @@ def test_misaligned_axis_feels_what_lies_across_it():
 def test_mounting_turns_sensor_axes_to_fish_axes():
     # A sensor turned a quarter about z points its x to port: what it feels along x is the fish's y.
     turned = accelerometer_conversion(
-        RIG.replace({"sensors.accelerometer.mounting.yaw": math.pi / 2})
+        replaced(RIG, {"sensors.accelerometer.mounting.yaw": math.pi / 2})
     )
     assert turned.specific_force([1.65 + 0.067301, 1.65, 1.65]) == pytest.approx(
         [0.0, 1.0, 0.0], abs=1e-12
     )
     upside_down = accelerometer_conversion(
-        RIG.replace({"sensors.accelerometer.mounting.roll": math.pi})
+        replaced(RIG, {"sensors.accelerometer.mounting.roll": math.pi})
     )
     level = upside_down.volts([0.0, 0.0, 9.80665])
     # One g is Vdd/5 = 0.66 V; the sensitivity in the file has five digits.
@@ -214,7 +217,7 @@ def test_counts_to_angle_and_back(count, direction):
     )
 
 
-TURNED = {sign: RIG.replace({"sensors.crank_encoder.direction": sign}) for sign in (1, -1)}
+TURNED = {sign: replaced(RIG, {"sensors.crank_encoder.direction": sign}) for sign in (1, -1)}
 
 
 CALIBRATION = "calibrations.fish_pressure"
@@ -225,14 +228,16 @@ bends = st.floats(-0.004, 0.004)
 def test_pressure_through_a_polynomial_and_back(share, quadratic, cubic):
     """Bends of a tenth of the span, forty times a sensor's: Newton's steps leave nothing."""
     changes = {"quadratic": f"{quadratic} V", "cubic": f"{cubic} V"}
-    rig = RIG.replace({f"{CALIBRATION}.{key}": value for key, value in changes.items()})
+    rig = replaced(RIG, {f"{CALIBRATION}.{key}": value for key, value in changes.items()})
     bridge = pressure_conversion(rig, "fish_pressure")
     pressure = share * bridge.full_scale
     assert bridge.pressure(bridge.volts(pressure)) == pytest.approx(pressure, abs=1e-9 * 50_000)
 
 
 def test_polynomial_of_the_calibration():
-    rig = RIG.replace({f"{CALIBRATION}.quadratic": "0.0004 V", f"{CALIBRATION}.cubic": "-0.0001 V"})
+    rig = replaced(
+        RIG, {f"{CALIBRATION}.quadratic": "0.0004 V", f"{CALIBRATION}.cubic": "-0.0001 V"}
+    )
     bridge = pressure_conversion(rig, "fish_pressure")
     half = 0.5 * 0.040 + 0.25 * 0.0004 - 0.125 * 0.0001
     assert bridge.volts(25_000.0) == pytest.approx(half, rel=1e-12)
@@ -241,12 +246,13 @@ def test_polynomial_of_the_calibration():
 
 def test_temperature_of_the_water_shifts_a_calibrated_sensor():
     """27 °C in the tank, 20 °C at the calibration: 7 K."""
-    rig = RIG.replace(
+    rig = replaced(
+        RIG,
         {
             f"{CALIBRATION}.temperature": "20 degC",
             f"{CALIBRATION}.span_temperature": "2e-4 1/K",
             f"{CALIBRATION}.offset_temperature": "-1e-5 V/K",
-        }
+        },
     )
     bridge = pressure_conversion(rig, "fish_pressure")
     assert bridge.volts(0.0) == pytest.approx(-7e-5, rel=1e-12)
@@ -257,16 +263,16 @@ def test_temperature_of_the_water_shifts_a_calibrated_sensor():
 
 def test_polynomial_that_does_not_rise_is_refused():
     with pytest.raises(RigError, match=r"quadratic: the volts do not rise .*; correct it or cubic"):
-        RIG.replace({f"{CALIBRATION}.quadratic": "-0.03 V"})
+        replaced(RIG, {f"{CALIBRATION}.quadratic": "-0.03 V"})
 
 
 def test_coefficient_of_temperature_needs_its_temperature():
     with pytest.raises(RigError, match=r"without the temperature .* add '<number> degC'"):
-        RIG.replace({f"{CALIBRATION}.span_temperature": "2e-4 1/K"})
+        replaced(RIG, {f"{CALIBRATION}.span_temperature": "2e-4 1/K"})
 
 
 def test_pressure_of_the_flow_is_taken_out_of_the_depth():
-    rig = RIG.replace({"sensors.fish_pressure.flow_coefficient": "0.1"})
+    rig = replaced(RIG, {"sensors.fish_pressure.flow_coefficient": "0.1"})
     conversion = depth_conversion(rig, "fish_pressure", BRIDGE)
     at_port = pressure_from_depth(1.0, rig.water) + flow_pressure(0.1, 1.5, rig.water)
     codes = BRIDGE.codes(conversion.bridge.volts(at_port))

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from towtank_rig import RigError, load_rig, parse_rig
 from towtank_rig.check import check_rig, warnings
+from towtank_rig.loading import replaced
 
 RIG = Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
 TEXT = RIG.read_text(encoding="utf-8")
@@ -343,5 +344,5 @@ def test_no_warning_about_the_rigs_of_the_project(path):
     ],
 )
 def test_implausible_rig_is_told(changes, warning):
-    found = warnings(load_rig(RIG).replace(changes))
+    found = warnings(replaced(load_rig(RIG), changes))
     assert any(warning in line for line in found), found

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 from towtank_rig import Quantity, RigError, load_rig, parse_rig
-from towtank_rig.loading import vary
+from towtank_rig.loading import replaced, vary
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 
 
 def test_replace_changes_what_it_is_told_and_nothing_else():
-    changed = RIG.replace({"lines.primary.length": 1.3, "lines.primary.segments": 40})
+    changed = replaced(RIG, {"lines.primary.length": 1.3, "lines.primary.segments": 40})
     assert changed.lines.primary.length.value == 1.3
     assert changed.lines.primary.segments == 40
     assert RIG.lines.primary.length.value == 1.2
@@ -36,30 +36,30 @@ def test_replace_changes_what_it_is_told_and_nothing_else():
     ],
 )
 def test_replace_takes_every_form_of_a_value(path, new, value):
-    assert dict(RIG.replace({path: new}).quantities())[path].value == value
+    assert dict(replaced(RIG, {path: new}).quantities())[path].value == value
 
 
 def test_a_new_key_joins_its_section_and_a_whole_section_can_change():
     slider = {"tow_point.motion.kind": "slider_crank", "tow_point.motion.rod_length": "0.35 m"}
-    motion = RIG.replace(slider).tow_point.motion
+    motion = replaced(RIG, slider).tow_point.motion
     assert (motion.kind, motion.rod_length.value) == ("slider_crank", 0.35)
-    ranged = RIG.replace({"board.excitation": {"value": "10 V", "range": [9.9, 10.1]}})
+    ranged = replaced(RIG, {"board.excitation": {"value": "10 V", "range": [9.9, 10.1]}})
     assert ranged.board.excitation.range == (9.9, 10.1)
-    assert RIG.replace({"fish.fins": []}).fish.fins == ()
-    bending = RIG.replace({"lines.primary.bending_stiffness": "0.2 N m^2"}).lines
+    assert replaced(RIG, {"fish.fins": []}).fish.fins == ()
+    bending = replaced(RIG, {"lines.primary.bending_stiffness": "0.2 N m^2"}).lines
     assert (bending.primary.bending_stiffness.value, bending.secondary.bending_stiffness) == (
         0.2,
         None,
     )
-    bare = RIG.replace({"calibrations": {}, "fish.fins": [], "run.ramp_time": 5})
+    bare = replaced(RIG, {"calibrations": {}, "fish.fins": [], "run.ramp_time": 5})
     assert bare.calibrations.fish_pressure is None
     assert bare.run.ramp_time.value == 5 and bare.fish.tow_point == RIG.fish.tow_point
     with_range = {"lines.depressor.length.range": [0.1, 0.9], "lines.depressor.length": 0.8}
-    assert RIG.replace(with_range).lines.depressor.length.range == (0.1, 0.9)
+    assert replaced(RIG, with_range).lines.depressor.length.range == (0.1, 0.9)
 
 
 def test_text_and_hash_of_a_copy_give_the_copy_again():
-    changed = RIG.replace({"fish.axial_drag": 0.5})
+    changed = replaced(RIG, {"fish.axial_drag": 0.5})
     again = parse_rig(changed.text, changed.source)
     assert again == changed
     assert again.sha256 == changed.sha256 != RIG.sha256
@@ -83,7 +83,7 @@ def test_text_and_hash_of_a_copy_give_the_copy_again():
 )
 def test_replace_refuses_what_a_file_may_not_hold(changes, message):
     with pytest.raises(RigError) as caught:
-        RIG.replace(changes)
+        replaced(RIG, changes)
     assert message in str(caught.value)
     assert "nit_calicut_2012.yaml" in str(caught.value)
 
@@ -111,7 +111,7 @@ def test_vary_gives_what_a_file_with_these_values_gives():
         "fish.munk_moment": 0.75,
     }
     in_a_file = values | {"fish.munk_moment": {"value": 0.75}}  # replace keeps a number's range
-    assert list(vary(RIG, values).quantities()) == list(RIG.replace(in_a_file).quantities())
+    assert list(vary(RIG, values).quantities()) == list(replaced(RIG, in_a_file).quantities())
     assert vary(RIG, values).lines.primary.segments == 40
     assert RIG.lines.primary.length.value == 1.2
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from towtank_rig import RigError, load_rig, parse_rig
 from towtank_rig.check import warnings
+from towtank_rig.loading import replaced
 from towtank_rig.water_density import density
 
 RIG_FILE = Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml"
@@ -18,7 +19,7 @@ def without_density(**water):
     lines = [line for line in RIG.text.splitlines() if not line.startswith(stated)]
     assert len(lines) == len(RIG.text.splitlines()) - 1
     rig = parse_rig("\n".join(lines))
-    return rig.replace({f"water.{key}": value for key, value in water.items()}) if water else rig
+    return replaced(rig, {f"water.{key}": value for key, value in water.items()}) if water else rig
 
 
 @pytest.mark.parametrize(
@@ -56,5 +57,5 @@ def test_faults_of_the_temperature_are_told_where_they_stand():
 
 def test_density_that_the_temperature_contradicts_is_warned_of():
     assert not any(line.startswith("water:") for line in warnings(RIG))
-    cold = RIG.replace({"water.temperature": {"value": "10 degC", "range": [9, 11]}})
+    cold = replaced(RIG, {"water.temperature": {"value": "10 degC", "range": [9, 11]}})
     assert any("by TEOS-10 at 10 degC" in line for line in warnings(cold))

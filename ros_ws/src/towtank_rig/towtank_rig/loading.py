@@ -92,10 +92,28 @@ def validate(
     return rig, []
 
 
+def replaced(rig: Rig, changes: dict[str, object]) -> Rig:
+    """Return a copy with other values, validated like a file, with a text of its own.
+
+    Args:
+        rig: The rig to copy.
+        changes: Dotted path to new value: ``{"lines.primary.length": 1.3}``. A number for a
+            quantity is in its SI unit and keeps range, basis and source; a mapping or a string
+            takes the quantity's place as it would stand in the file.
+
+    Raises:
+        RigError: unknown path, or a value that the schema refuses.
+    """
+    source = f"{rig.source.removesuffix(' (changed)')} (changed)"
+    changed = parse_rig(rig._document.replaced(changes), source)
+    changed._calibration_records = rig._calibration_records
+    return changed
+
+
 def vary(rig: Rig, values: Mapping[str, object]) -> Rig:
     """Return a copy with other values at paths that the file has, validated like a file.
 
-    For many copies: some ten times as fast as ``Rig.replace``, but the copy has no text of its own.
+    For many copies: some ten times as fast as ``replaced``, but the copy has no text of its own.
 
     Args:
         rig: The rig to copy.

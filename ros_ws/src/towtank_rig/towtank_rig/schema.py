@@ -126,24 +126,6 @@ class Rig(Section):
         """Return the quantities with basis ``assumed`` by dotted path."""
         return {path: q for path, q in self.quantities() if q.basis == "assumed"}
 
-    def replace(self, changes: dict[str, object]) -> "Rig":
-        """Return a copy with other values, validated like a file.
-
-        Args:
-            changes: Dotted path to new value: ``{"lines.primary.length": 1.3}``. A number for a
-                quantity is in its SI unit and keeps range, basis and source; a mapping or a
-                string takes the quantity's place as it would stand in the file.
-
-        Raises:
-            RigError: unknown path, or a value that the schema refuses.
-        """
-        from towtank_rig.loading import parse_rig  # loading builds on this module
-
-        source = f"{self.source.removesuffix(' (changed)')} (changed)"
-        changed = parse_rig(self._document.replaced(changes), source)
-        changed._calibration_records = self._calibration_records
-        return changed
-
 
 def _walk(node: object, path: str) -> Iterator[tuple[str, Quantity]]:
     if isinstance(node, Quantity):

@@ -16,6 +16,7 @@ from towtank_rig.conversion import (
     depth_from_pressure,
     pressure_conversion,
 )
+from towtank_rig.loading import replaced
 from towtank_sim.bench import Bench, BenchError, TrueState
 from towtank_sim.bench_frame import bench_frame
 from towtank_sim.protocol_records import CHANNELS, RecordError
@@ -72,11 +73,12 @@ def test_ideal_volts_convert_back_to_the_depth_of_the_ports(rig):
 
 
 def test_flow_shifts_the_pressure_by_its_coefficient(rig):
-    changed = rig.replace(
+    changed = replaced(
+        rig,
         {
             "sensors.fish_pressure.flow_coefficient": "0.2",
             "sensors.depressor_pressure.flow_coefficient": "-0.3",
-        }
+        },
     )
     moving, standing = volts_by_channel(changed), volts_by_channel(changed, state=still(STATE))
     # The port's own speed: the origin's and that of turning about y, ω × r = 0.2·(z, 0, −x).
@@ -170,11 +172,12 @@ def test_many_states_at_once_equal_one_by_one(rig):
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_encoders_count_what_the_rig_converts_back(rig, direction):
-    changed = rig.replace(
+    changed = replaced(
+        rig,
         {
             "sensors.crank_encoder.direction": direction,
             "sensors.carriage_encoder.direction": direction,
-        }
+        },
     )
     crank, wheel = make_bench(changed).encoder_angles(STATE)
     encoders = changed.sensors

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 from towtank_sim.axes import to_tank
 from towtank_sim.model import (
     LINES,
@@ -72,7 +73,7 @@ def test_line_displaces_what_its_weights_say(rig):
 
 
 def test_a_line_is_limp_unless_its_bending_stiffness_is_given(nit_calicut):
-    stiff = nit_calicut.replace({"lines.primary.bending_stiffness": "0.2 N m^2"})
+    stiff = replaced(nit_calicut, {"lines.primary.bending_stiffness": "0.2 N m^2"})
     density = nit_calicut.water.density.value
     assert line_properties(nit_calicut.lines.primary, density).bending_stiffness == 0.0
     assert line_properties(stiff.lines.primary, density).bending_stiffness == 0.2
@@ -81,7 +82,7 @@ def test_a_line_is_limp_unless_its_bending_stiffness_is_given(nit_calicut):
 
 def test_fish_inertia_moves_to_mid_hull(nit_calicut):
     """Steiner: I_origin = I_cg + m·(distance from the axis)²."""
-    moved = nit_calicut.replace({"fish.centre_of_gravity.x": 0.01}).fish
+    moved = replaced(nit_calicut, {"fish.centre_of_gravity.x": 0.01}).fish
     body = fish_body(moved, nit_calicut.water.density.value)
     mass, z = moved.mass_in_water_filled.value, moved.centre_of_gravity.z.value
     assert np.diag(body.inertia) == pytest.approx(
@@ -124,7 +125,7 @@ def test_fins_add_mass_but_no_munk_moment(nit_calicut):
 
 def test_a_changed_copy_of_a_rigs_tow_is_what_the_changed_rig_gives(nit_calicut):
     changed = describe_tow(nit_calicut).replace({"lines.primary.properties.length": 1.4})
-    assert changed == describe_tow(nit_calicut.replace({"lines.primary.length": 1.4}))
+    assert changed == describe_tow(replaced(nit_calicut, {"lines.primary.length": 1.4}))
     assert changed != describe_tow(nit_calicut)
 
 

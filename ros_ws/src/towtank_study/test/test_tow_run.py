@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from towtank_compare.harmonic import AnalysisError
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 from towtank_study.simulation import Simulation
 from towtank_study.tow_run import OUTPUTS, Record, TowRun, largest_slack_time, measure, simulate
 
@@ -96,4 +97,4 @@ def test_the_wu_chwang_tow_as_moordyn_has_it(wu_chwang):
 
 def test_a_crank_at_rest_is_refused(wu_chwang):
     with pytest.raises(AnalysisError, match="does not turn"):
-        simulate(wu_chwang.replace({"run.crank_rate": 0.0}), Simulation())
+        simulate(replaced(wu_chwang, {"run.crank_rate": 0.0}), Simulation())

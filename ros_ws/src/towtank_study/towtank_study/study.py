@@ -179,7 +179,7 @@ class Study(Section):
     """One study file.
 
     rig: name of a rig that comes with the project, or a path relative to the study file.
-    changes: what the whole study changes in the rig, path to value as `Rig.replace` takes it.
+    changes: what the whole study changes in the rig, path to value as `replaced` takes it.
     statement: what somebody said about it, shown beside what is found. histories: numbers of the
     samples of which heave, pitch and tension are kept over time.
     """

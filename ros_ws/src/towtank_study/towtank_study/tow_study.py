@@ -11,6 +11,7 @@ from typing import Any
 import pyarrow as pa
 from towtank_rig import Rig, load_rig
 from towtank_rig.document import Document
+from towtank_rig.loading import replaced
 
 from towtank_study.designs import Sample, batches, most_samples
 from towtank_study.evaluation import Outcome, TowEvaluation
@@ -90,7 +91,7 @@ def plan_tows(document: Document, find_rig: Callable[[str], Path]) -> PlannedTow
     beside = Path(document.source).parent / file.study.rig
     rig = load_rig(beside if beside.is_file() else find_rig(file.study.rig))
     if file.study.changes:
-        rig = rig.replace(file.study.changes)
+        rig = replaced(rig, file.study.changes)
     planned = PlannedTows(file, rig, variables(file, rig))
     for number in file.study.histories:
         if number >= planned.most_samples:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 from towtank_uncertainty.appendix_three import DEPTH, PRINTED, appendix_three
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
@@ -20,7 +21,9 @@ def test_tolerance_of_the_span_gives_what_the_thesis_prints():
 
 
 def test_figure_does_not_depend_on_the_rig():
-    heavier = RIG.replace({"water.density": "1025 kg/m^3", "sensors.fish_pressure.span": "0.05 V"})
+    heavier = replaced(
+        RIG, {"water.density": "1025 kg/m^3", "sensors.fish_pressure.span": "0.05 V"}
+    )
     assert appendix_three(heavier).span_tolerance == pytest.approx(
         appendix_three(RIG).span_tolerance, rel=1e-12
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 from towtank_uncertainty.assumption_effects import assumption_effects
 from towtank_uncertainty.statement import BoardNoise, default_conditions, trial_budgets
 
@@ -25,7 +26,7 @@ EFFECTS = {effect.path: effect for effect in assumption_effects(RIG, AT, NOISE)}
 def test_intervals_at_the_ends_are_those_of_a_rig_with_that_figure(path):
     effect = EFFECTS[path]
     for number, end in enumerate(effect.range):
-        budgets = trial_budgets(RIG.replace({path: end}), AT, NOISE)
+        budgets = trial_budgets(replaced(RIG, {path: end}), AT, NOISE)
         for budget in budgets:
             assert effect.u95[budget.unit][number] == pytest.approx(budget.u95, rel=1e-12)
 

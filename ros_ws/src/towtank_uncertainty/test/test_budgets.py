@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 from towtank_rig.quantity import NORMAL_95
 from towtank_uncertainty.depth_budget import OperatingPoint, amplitude_noise, depth_budget
 from towtank_uncertainty.error_terms import AXES
@@ -14,7 +15,7 @@ from towtank_uncertainty.inclination_budget import inclination_budget
 from towtank_uncertainty.ratio_budget import ratio_relative_uncertainty
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
-BARE = RIG.replace({"calibrations": {}})
+BARE = replaced(RIG, {"calibrations": {}})
 SENSORS = ("fish_pressure", "depressor_pressure")
 AT = OperatingPoint(mean_depth=1.2, amplitude=0.05, speed=1.0)
 
@@ -34,12 +35,12 @@ def only(rig, errors):
     """Return the rig in exact water with only the given errors of both pressure sensors."""
     fish, depressor = (errors_of(sensor, errors) for sensor in SENSORS)
     water = {"water.density": "1000 kg/m^3", "water.gravity": "9.8 m/s^2"}
-    return rig.replace({**fish, **depressor, **water})
+    return replaced(rig, {**fish, **depressor, **water})
 
 
 def level_errors(**errors):
     """Return the rig without calibration and with only the given accelerometer errors."""
-    return BARE.replace(errors_of("accelerometer", errors))
+    return replaced(BARE, errors_of("accelerometer", errors))
 
 
 def components(budget):
@@ -49,7 +50,7 @@ def components(budget):
 def test_span_tolerance_alone_reproduces_the_thesis():
     # P. P. Lalu's thesis, appendix III: span 80 ± 1 mV, so 1/80 of 21.56 kPa (2.2 m) is 0.2695 kPa,
     # 27.5 mm; it prints 2.74 cm. A tolerance is a limit, √3 standard uncertainties.
-    rig = only(BARE, {"span": 1 / 80}).replace({"sensors.fish_pressure.span": 0.080})
+    rig = replaced(only(BARE, {"span": 1 / 80}), {"sensors.fish_pressure.span": 0.080})
     budget = depth_budget(rig, "fish_pressure", OperatingPoint(2.2, 0.05, 1.0))
     assert math.sqrt(3) * budget.depth == pytest.approx(0.2695e3 / 9800, rel=1e-12)
     assert math.sqrt(3) * budget.depth == pytest.approx(0.0274, abs=2e-4)
@@ -72,11 +73,12 @@ def test_two_spans_calibrated_to_half_a_percent_make_0_7_percent_of_the_ratio():
 
 
 def test_shared_errors_scale_amplitudes_and_cancel_in_the_ratio():
-    rig = only(BARE, {"reference_ratio": 0.01}).replace(
+    rig = replaced(
+        only(BARE, {"reference_ratio": 0.01}),
         {
             "water.density": {"value": "1000 kg/m^3", "range": [990, 1010]},
             "water.gravity": {"value": "9.8 m/s^2", "range": [9.7, 9.9]},
-        }
+        },
     )
     fish, depressor = (depth_budget(rig, sensor, AT) for sensor in SENSORS)
     parts = (0.01, 0.01, 0.1 / 9.8)
@@ -95,7 +97,7 @@ def test_shared_error_that_only_one_sensor_has_does_not_cancel():
         "fitted_range": "20000 Pa",
         "span_error": 0,
     }
-    rig = rig.replace({"calibrations": {"fish_pressure": calibration}})
+    rig = replaced(rig, {"calibrations": {"fish_pressure": calibration}})
     fish, depressor = (depth_budget(rig, sensor, AT) for sensor in SENSORS)
     assert "reference ratio" not in components(fish)
     assert ratio_relative_uncertainty(fish, depressor) == pytest.approx(
@@ -136,8 +138,8 @@ def test_linearity_is_felt_by_its_slope_where_the_sensor_works():
 
 
 def test_straight_line_fitted_over_less_takes_most_of_the_curvature():
-    rig = only(RIG, {"linearity": 0.0025}).replace(
-        {"calibrations.fish_pressure.span_error": {"value": 0}}
+    rig = replaced(
+        only(RIG, {"linearity": 0.0025}), {"calibrations.fish_pressure.span_error": {"value": 0}}
     )
     deepest = depth_budget(rig, "fish_pressure", OperatingPoint(10_000 / 9800, 0.05, 0.0))
     # Middle of a line fitted to 20 of 50 kPa: the parabola's height shrinks by (20/50)².
@@ -247,21 +249,22 @@ def test_flow_and_water_make_no_error_of_the_pressure():
 
 
 def test_polynomial_takes_the_linearity_out():
-    rig = RIG.replace({"calibrations.fish_pressure.quadratic": "0.0001 V"})
+    rig = replaced(RIG, {"calibrations.fish_pressure.quadratic": "0.0001 V"})
     assert "linearity" in components(depth_budget(RIG, "fish_pressure", AT))
     assert "linearity" not in components(depth_budget(rig, "fish_pressure", AT))
 
 
 def test_known_coefficient_of_temperature_leaves_its_own_range():
     """7 K above the calibration's 20 °C; 2e-4 ± 0.5e-4 per kelvin, the difference known to 1 K."""
-    rig = RIG.replace(
+    rig = replaced(
+        RIG,
         {
             "calibrations.fish_pressure.temperature": "20 degC",
             "calibrations.fish_pressure.span_temperature": {
                 "value": "2e-4 1/K",
                 "range": [1.5e-4, 2.5e-4],
             },
-        }
+        },
     )
     found = components(depth_budget(rig, "fish_pressure", AT))
     assert found["span's temperature coefficient"].gain == pytest.approx(7 * 0.5e-4 / math.sqrt(3))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from towtank_rig import load_rig
 from towtank_rig.conversion import crank_encoder
-from towtank_rig.loading import vary
+from towtank_rig.loading import replaced, vary
 from towtank_rig.motion import tow_point_motion
 from towtank_uncertainty.crank_budget import CrankBudget
 from towtank_uncertainty.error_terms import draw_tolerance
@@ -23,7 +23,7 @@ CALIBRATION = {
     "zero_angle": "0.3 rad",
     "zero_angle_error": {"value": "0.012 rad", "distribution": "normal"},
 }
-CALIBRATED = RIG.replace({"calibrations.crank": CALIBRATION})
+CALIBRATED = replaced(RIG, {"calibrations.crank": CALIBRATION})
 STEP = 2.0 * math.pi / 4096 / math.sqrt(12.0)
 
 
@@ -49,7 +49,7 @@ def test_by_hand_at_the_middle_and_the_end_of_the_stroke():
 def test_zero_that_is_not_calibrated_has_the_rigs_limit():
     angle, _ = CrankBudget(RIG).at(0.0)
     assert angle.combined == pytest.approx(0.05 / math.sqrt(3.0), rel=1e-3)
-    exact = RIG.replace({"sensors.crank_encoder.zero_angle_error": "0 rad"})
+    exact = replaced(RIG, {"sensors.crank_encoder.zero_angle_error": "0 rad"})
     known, _ = CrankBudget(exact).at(0.0)
     assert known.combined == pytest.approx(math.sqrt(2.0) * STEP, rel=1e-6)
 

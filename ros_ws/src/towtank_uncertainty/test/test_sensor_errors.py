@@ -14,6 +14,7 @@ from towtank_rig.conversion import (
     roll,
     rotation,
 )
+from towtank_rig.loading import replaced
 from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
 from towtank_uncertainty.inclination_budget import inclination_budget
 from towtank_uncertainty.intervals import half_width
@@ -21,7 +22,7 @@ from towtank_uncertainty.ratio_budget import ratio_errors, ratio_relative_uncert
 from towtank_uncertainty.sensor_errors import add_noise, draw, draw_many, error_terms, none, realise
 
 RIG = load_rig(Path(__file__).resolve().parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
-BARE = RIG.replace({"calibrations": {}})
+BARE = replaced(RIG, {"calibrations": {}})
 RIGS = pytest.mark.parametrize("rig", [RIG, BARE], ids=["calibrated", "data_sheet"])
 DRAWS = 1000
 # The standard deviation of n draws scatters by σ/√(2n) for a normal distribution, less for flatter
@@ -182,7 +183,7 @@ def test_true_excitation_scales_the_bridge():
 
 
 def test_excitation_is_drawn_from_its_range():
-    rig = RIG.replace({"board.excitation": {"value": "10 V", "range": [9.8, 10.2]}})
+    rig = replaced(RIG, {"board.excitation": {"value": "10 V", "range": [9.8, 10.2]}})
     drawn = np.array([draw(rig, seed).excitation for seed in range(100)])
     assert 9.8 <= drawn.min() < 9.9 and 10.1 < drawn.max() <= 10.2
     assert draw(RIG, 1).excitation == 10.0

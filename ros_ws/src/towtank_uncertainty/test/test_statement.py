@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from towtank_rig import load_rig
+from towtank_rig.loading import replaced
 from towtank_uncertainty.statement import (
     BoardNoise,
     as_json,
@@ -122,6 +123,6 @@ def test_budgets_of_a_trial_are_the_last_of_each_statement():
 
 
 def test_rig_without_calibrations_is_stated_by_its_data_sheets_alone():
-    bare = RIG.replace({"calibrations": {}})
+    bare = replaced(RIG, {"calibrations": {}})
     found = [s.budget.practice for s in statements(bare, AT, NOISE, draws=1000)]
     assert len(found) == 6 and all(practice.startswith("data sheet") for practice in found)

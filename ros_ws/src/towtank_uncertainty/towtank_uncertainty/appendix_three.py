@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from towtank_rig.conversion import depth_from_pressure, flow_pressure
+from towtank_rig.loading import replaced
 from towtank_rig.schema import Rig
 
 from towtank_uncertainty.depth_budget import OperatingPoint, depth_budget
@@ -59,14 +60,15 @@ class AppendixThree:
 
 def appendix_three(rig: Rig) -> AppendixThree:
     """Return the thesis's figure, by the budget that all else is worked out with, and the rest."""
-    bare = rig.replace({"calibrations": {}})
-    thesis = bare.replace(
+    bare = replaced(rig, {"calibrations": {}})
+    thesis = replaced(
+        bare,
         {
             "water.density": {"value": f"{_DENSITY} kg/m^3"},
             "water.gravity": {"value": f"{_GRAVITY} m/s^2"},
             "sensors.fish_pressure.span": {"value": f"{_SPAN} V"},
             "sensors.fish_pressure.errors.span": {"value": _TOLERANCE / _SPAN},
-        }
+        },
     )
     speed = rig.run.carriage_speed.value
     at = OperatingPoint(mean_depth=DEPTH, amplitude=1.0, speed=speed)

@@ -14,6 +14,7 @@ from functools import cached_property
 
 from towtank_rig.conversion import depth_from_pressure
 from towtank_rig.instruments import PressureSensorName
+from towtank_rig.loading import replaced
 from towtank_rig.schema import Rig
 
 from towtank_uncertainty.depth_budget import (
@@ -145,7 +146,7 @@ def statements(
     By the data sheets alone first; with its calibrations, where it has any, last. ``draws`` random
     sensors, drawn by ``seed``, for Monte Carlo.
     """
-    bare = rig.replace({"calibrations": {}})
+    bare = replaced(rig, {"calibrations": {}})
     practices = [_Practice("data sheet", bare, at, board, draws, seed)]
     given = rig.calibrations
     if given.fish_pressure or given.depressor_pressure or given.accelerometer:

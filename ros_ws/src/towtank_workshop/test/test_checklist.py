@@ -17,6 +17,7 @@ from towtank_lab.accelerometer_calibration import SIX_POSITIONS
 from towtank_lab.virtual_sensors import VirtualSensors
 from towtank_rig import load_rig
 from towtank_rig.conversion import accelerometer_conversion, depth_conversion, pitch, roll
+from towtank_rig.loading import replaced
 from towtank_uncertainty.sensor_errors import draw, error_terms, none, realise
 from towtank_workshop.checklist import (
     Item,
@@ -136,7 +137,7 @@ def test_limits_are_no_wider_than_the_errors():
 def test_only_recorded_calibrations_count():
     assert NIT.calibrations.accelerometer is not None
     assert as_recorded(NIT).calibrations.accelerometer is None
-    recorded = NIT.replace({"calibrations.fish_pressure.file": "calibrations/fish.yaml"})
+    recorded = replaced(NIT, {"calibrations.fish_pressure.file": "calibrations/fish.yaml"})
     kept = as_recorded(recorded).calibrations
     assert kept.fish_pressure is not None and kept.depressor_pressure is None
 
@@ -162,7 +163,7 @@ def test_encoders_count_as_the_rig_says():
     }
     expected = [reading.expected for reading in items.values()]
     assert expected == pytest.approx([4096.0, 8192.0, 0.2, 0.26, 0.2, 0.14])
-    reversed_rig = NIT.replace({"sensors.crank_encoder.direction": -1})
+    reversed_rig = replaced(NIT, {"sensors.crank_encoder.direction": -1})
     first = items_of(check_list(reversed_rig, BOARD), "Encoders and crank")[0].readings[0]
     assert (first.minimum, first.maximum) == pytest.approx((-4300.8, -3891.2))
 
@@ -178,7 +179,7 @@ def test_the_drives_times_by_hand():
     assert (stop.expected, stop.minimum, stop.maximum) == (None, 0.0, pytest.approx(4.0))
     assert (turns.minimum, turns.maximum) == pytest.approx((19.4, 20.6))
     assert (silent.expected, silent.minimum, silent.maximum) == (None, 0.0, pytest.approx(5.0))
-    slow = NIT.replace({"run.crank_rate": 0.1})
+    slow = replaced(NIT, {"run.crank_rate": 0.1})
     names = [item.what for item in items_of(check_list(slow, BOARD), "Crank drive")]
     assert names[0] == "from rest to 5 rpm"
 

@@ -14,6 +14,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from towtank_bringup.rigs import rig_path
 from towtank_rig import Rig, load_rig
+from towtank_rig.loading import replaced
 from towtank_workshop import crank, depressor, drawings, junction, tow_fish, whole_tow
 from towtank_workshop.equilibrium import hang
 from towtank_workshop.sheet import (
@@ -185,7 +186,7 @@ def test_the_hull_is_closed_and_as_long_as_the_rig_says():
 
 
 def test_a_fin_inside_the_hull_is_refused():
-    inside = NIT.replace({"fish.fins.0.position.y": {"value": "0.05 m"}})
+    inside = replaced(NIT, {"fish.fins.0.position.y": {"value": "0.05 m"}})
     with pytest.raises(DrawingError, match="fin port: its centre of pressure lies inside"):
         drawings.draw(inside)
 
@@ -237,7 +238,7 @@ def test_port_of_the_depressor_lies_where_the_rig_has_its_flow_coefficient(name)
 def test_a_depressor_whose_port_the_rig_does_not_place_has_no_pocket():
     """At the centre: housed in the sphere, and no more is known."""
     changes = {f"sensors.depressor_pressure.position.{axis}": 0.0 for axis in "xyz"}
-    unplaced = depressor.draw(NIT.replace(changes), 2, 5)
+    unplaced = depressor.draw(replaced(NIT, changes), 2, 5)
     assert not any("from the bow" in text.get_text() for text in unplaced.texts)
     assert faults_of_layout(unplaced) == []
 
@@ -285,7 +286,7 @@ def test_forces_balance_at_the_junction(name):
 
 
 def test_a_tow_on_the_floor_is_said():
-    long = NIT.replace({"lines.primary.length": 2.0})
+    long = replaced(NIT, {"lines.primary.length": 2.0})
     assert whole_tow.clearance(long, hang(long, 0.0)) == pytest.approx(
         whole_tow.clearance(NIT, hang(NIT, 0.0)) - 0.8, abs=1e-3
     )
@@ -315,7 +316,7 @@ CHANGED = (
 @settings(max_examples=5, phases=[Phase.generate], derandomize=True)
 @given(st.fixed_dictionaries({path: anywhere_in_range(path) for path in CHANGED}))
 def test_any_rig_within_its_ranges_is_drawn_true(changes):
-    changed: Rig = NIT.replace(changes)
+    changed: Rig = replaced(NIT, changes)
     for sheet in drawings.draw(changed).values():
         assert untrue(sheet) == []
         assert faults_of_layout(sheet) == []

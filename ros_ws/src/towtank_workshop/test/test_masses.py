@@ -13,6 +13,7 @@ from towtank_bringup.rigs import rig_path
 from towtank_lab.trim import evaluate
 from towtank_rig import load_rig
 from towtank_rig.conversion import rotation
+from towtank_rig.loading import replaced
 from towtank_workshop.equilibrium import hang
 from towtank_workshop.masses import (
     FOAM,
@@ -62,7 +63,7 @@ def test_the_depressors_cable_bears_what_hand_figures_say():
 
 def test_a_crank_at_rest_adds_nothing():
     """The peak then is the steady tension, and the least of a line lies at its lower end."""
-    still = NIT.replace({"run.crank_rate": 0.0})
+    still = replaced(NIT, {"run.crank_rate": 0.0})
     for load in loads(still):
         assert load.peak - load.least < 2.0
         assert load.peak == pytest.approx(load.steady, abs=0.05)
@@ -70,7 +71,7 @@ def test_a_crank_at_rest_adds_nothing():
 
 def test_a_fast_crank_lets_a_cable_go_slack():
     """At 3 Hz the depressor, which falls with no more than 0.8 g, cannot follow 21 m/s²."""
-    fast = NIT.replace({"run.crank_rate": 6.0 * math.pi})
+    fast = replaced(NIT, {"run.crank_rate": 6.0 * math.pi})
     assert min(load.least for load in loads(fast)) <= 0.0
 
 
@@ -109,8 +110,8 @@ def test_ballast_is_given_for_the_ends_of_the_ranges():
 @given(st.floats(-0.01, 0.01), st.floats(-0.2, 0.2))
 def test_forces_balance_about_the_tow_point_at_the_resting_pitch(centre_x, apparent):
     fish = NIT.fish
-    rig = NIT.replace(
-        {"fish.apparent_mass_in_water": {"value": f"{apparent!r} kg", "basis": "measured"}}
+    rig = replaced(
+        NIT, {"fish.apparent_mass_in_water": {"value": f"{apparent!r} kg", "basis": "measured"}}
     )
     pitch = resting_pitch(rig, centre_x)
     up = rotation(0.0, pitch, 0.0).T @ [0.0, 0.0, 1.0]

@@ -33,6 +33,7 @@ from towtank_rig.conversion import (
     pressure_from_depth,
 )
 from towtank_rig.instruments import PressureSensorName
+from towtank_rig.loading import replaced
 from towtank_rig.motion import tow_point_motion
 from towtank_uncertainty.error_terms import (
     PRESSURE_SENSORS,
@@ -108,7 +109,9 @@ def as_recorded(rig: Rig) -> Rig:
         for name in type(rig.calibrations).model_fields
         if (calibration := getattr(rig.calibrations, name)) and calibration.file is None
     ]
-    return rig.replace({f"calibrations.{name}": None for name in unrecorded}) if unrecorded else rig
+    return (
+        replaced(rig, {f"calibrations.{name}": None for name in unrecorded}) if unrecorded else rig
+    )
 
 
 def pressure_item(

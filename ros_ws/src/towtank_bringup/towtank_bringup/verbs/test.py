@@ -31,6 +31,7 @@ SANITIZED_OPTIONS = (
 LINT = (
     (sys.executable, "-m", "ruff", "check"),
     (sys.executable, "-m", "ruff", "format", "--check", "--quiet"),
+    ("lint-imports", "--no-cache", "--no-logo"),
 )
 COMPILED = (
     ("make", "--no-print-directory", "--jobs", CORES, "-C", "firmware", "test"),
