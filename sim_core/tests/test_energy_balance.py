@@ -68,6 +68,30 @@ def test_conservation_error_is_of_second_order():
     assert 3.0 < ratio < 5.5
 
 
+def test_axial_vibration_in_water_keeps_the_energy_with_that_of_its_added_mass():
+    """Without drag an upright line that vibrates along itself loses nothing to the water."""
+    b = sc.ModelBuilder(sc.Water())
+    b.add_prescribed_point("top")
+    b.add_free_point("end", mass=1.0)
+    line = sc.LineProperties(
+        length=2.0, diameter=0.02, mass_per_length=0.8, axial_stiffness=500.0,
+        normal_drag=0.0, tangential_drag=0.0, tangential_added_mass=1.0,
+    )  # fmt: skip
+    b.add_line("line", "top", "end", line, segments=4)
+    model = b.build()
+    state = sc.State(model)
+    state.set_point("top", (0, 0, -5))
+    for i in range(1, 4):
+        state.set_line_node("line", i, (0, 0, -5 - 0.5 * i))
+    state.set_point("end", (0, 0, -7))
+    step = 5e-4
+    total = energies(model, state, sc.SteadyTow(position=(0, 0, -5)), step=step)
+    # It drops by about W L/EA = 6 cm and more, W ≈ 10 N of the end and half the line. The trapezoidal
+    # rule's error oscillates with (ω h)²/12 of it, ω ≤ 2√(EA/(m + ρA))/(L/4) = 84 rad/s: 2e-4.
+    scale = 10.0 * 0.06
+    assert np.abs(total - total[0]).max() < 1e-3 * scale
+
+
 def test_structural_damping_only_dissipates():
     model, state = swinging_line(damping=2.0)
     total = energies(model, state, STILL, step=0.0005)

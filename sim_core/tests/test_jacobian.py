@@ -174,6 +174,7 @@ SINGLE_TERMS = {
     "tangential drag": {"line": {"tangential_drag": 0.5}},
     "lift of a fairing": {"line": {"lift": 0.4}},
     "added mass of a line": {"line": {"added_mass": 1.0}},
+    "added mass along a line": {"line": {"tangential_added_mass": 0.7}},
     "drag of a point": {"point": {"drag_area": 0.01}},
     "drag of a point by axis": {"point": {"drag_area": (1e-3, 2e-2, 3e-2)}},
     "added mass of a point": {"point": {"added_mass": (0.1, 0.2, 0.3)}},

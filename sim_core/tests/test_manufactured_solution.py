@@ -24,7 +24,7 @@ DENSITY, GRAVITY = 1000.0, 9.81
 DIAMETER, MASS = 0.02, 0.5  # m, kg/m
 EA, DAMPING, EI = 2000.0, 60.0, 0.8  # N, N s, N m²
 # Large enough that a tenth more of any one of them spoils the order
-CN, CT, CL, CA = 1.2, 1.0, 0.4, 0.8
+CN, CT, CL, CA, CA_ALONG = 1.2, 1.0, 0.4, 0.8, 0.5
 AREA = math.pi * DIAMETER**2 / 4
 DURATION = 0.4  # s
 
@@ -91,7 +91,8 @@ def applied_force(s, t):
     drag += 0.5 * DENSITY * CT * math.pi * DIAMETER * abs(along) * along * tangent
     lift = 0.5 * DENSITY * CL * DIAMETER * speed * np.cross(tangent, across)
     pull = np.array(water.acceleration) - acceleration
-    added = CA * DENSITY * AREA * (pull - (pull @ tangent) * tangent)
+    pull_along = (pull @ tangent) * tangent
+    added = DENSITY * AREA * (CA * (pull - pull_along) + CA_ALONG * pull_along)
     froude_krylov = DENSITY * AREA * np.array(water.acceleration)
     weight = np.array([0.0, 0.0, -(MASS - DENSITY * AREA) * GRAVITY])
     return MASS * acceleration - internal - weight - drag - lift - added - froude_krylov
@@ -104,7 +105,7 @@ def line(segments):
     properties = sc.LineProperties(
         length=LENGTH, diameter=DIAMETER, mass_per_length=MASS, axial_stiffness=EA,
         axial_damping=DAMPING, bending_stiffness=EI, normal_drag=CN, tangential_drag=CT, lift=CL,
-        added_mass=CA,
+        added_mass=CA, tangential_added_mass=CA_ALONG,
     )  # fmt: skip
     builder.add_line("line", "first", "last", properties, segments=segments)
     return builder.build()

@@ -38,19 +38,22 @@ def test_hanging_chain():
     assert frequencies(state, 1) == pytest.approx(expected, rel=1e-6)
 
 
-def test_axial_waves_in_a_hanging_line():
-    """Fixed–free: ω = (2c/ℓ) sin((2k−1)π/4N), c = √(EA/m)."""
-    N, length, EA, m = 10, 20.0, 5e4, 0.4
-    b = sc.ModelBuilder(sc.Water(density=0.0))
+@pytest.mark.parametrize(("density", "added"), [(0.0, 0.0), (1000.0, 0.0), (1000.0, 0.8)])
+def test_axial_waves_in_a_hanging_line(density, added):
+    """Fixed–free: ω = (2c/ℓ) sin((2k−1)π/4N), c = √(EA/M), M = m + Ca ρ π d²/4 along the line."""
+    N, length, EA, m, d = 10, 20.0, 5e4, 0.4, 0.02
+    b = sc.ModelBuilder(sc.Water(density=density))
     b.add_prescribed_point("top")
     b.add_free_point("end")
     line = sc.LineProperties(
-        length=length, diameter=0.01, mass_per_length=m, axial_stiffness=EA, slack_tension=1e-3
-    )
+        length=length, diameter=d, mass_per_length=m, axial_stiffness=EA, slack_tension=1e-3,
+        added_mass=1.0, tangential_added_mass=added,
+    )  # fmt: skip
     b.add_line("line", "top", "end", line, segments=N)
-    state = sc.steady_tow(b.build(), position=(0, 0, 0))
+    state = sc.steady_tow(b.build(), position=(0, 0, -1))
     k = np.arange(1, N + 1)
-    expected = 2 * math.sqrt(EA / m) / (length / N) * np.sin((2 * k - 1) * np.pi / (4 * N))
+    mass = m + added * density * math.pi / 4 * d**2
+    expected = 2 * math.sqrt(EA / mass) / (length / N) * np.sin((2 * k - 1) * np.pi / (4 * N))
     assert frequencies(state, 2) == pytest.approx(expected, rel=1e-8)
 
 

@@ -28,9 +28,11 @@ Energy energy(const State& state) {
             if (!state.moves_freely(site)) continue;
             const Vec3& v = state.velocity[site];
             const double z = state.position[site].z();
-            const Vec3 across = v - v.dot(t) * t;
+            const double along = v.dot(t);
+            const Vec3 across = v - along * t;
             e.kinetic += 0.5 * (c.half_mass * v.squaredNorm() +
-                                immersed(z) * c.half_added_mass * across.squaredNorm());
+                                immersed(z) * (c.half_added_mass * across.squaredNorm() +
+                                               c.half_tangential_added_mass * along * along));
             e.gravity += (c.half_weight - immersed(z) * c.half_buoyancy) * z;
         }
     }

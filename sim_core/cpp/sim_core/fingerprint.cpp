@@ -71,7 +71,7 @@ class Hash {
     void add(const LineSection& s) {
         const LineProperties& p = s.properties;
         all(p.length, p.diameter, p.mass_per_length, p.axial_stiffness, p.axial_damping, p.bending_stiffness, p.normal_drag,
-            p.tangential_drag, p.lift, p.added_mass, p.displaced_area, p.slack_tension, s.segments);
+            p.tangential_drag, p.lift, p.added_mass, p.tangential_added_mass, p.displaced_area, p.slack_tension, s.segments);
     }
     void add(const LineEnd& e) { all(e.at, e.attachment, e.direction); }
     void add(const Model::Line& l) { all(l.name, l.sections, l.ends[0], l.ends[1], l.sites); }

@@ -27,6 +27,7 @@ struct LineProperties {
     DragCoefficient tangential_drag = 0.01;  ///< Ct on the skin π d; over |u_t| d/ν
     double lift = 0.0;              ///< Cl on the diameter, of a faired section: side force along t × u_n
     double added_mass = 1.0;        ///< Ca across the line, of π d²/4
+    double tangential_added_mass = 0.0;  ///< Ca along the line, of π d²/4
     std::optional<double> displaced_area;  ///< m² for buoyancy; default π d²/4
     std::optional<double> slack_tension;   ///< N; default 1 % of the whole line's weight in air
 };

@@ -69,6 +69,7 @@ SegmentConstants segment_constants(const LineSection& section, double line_weigh
     c.half_lift = half_dynamic * p.lift;
     c.reynolds_per_speed = p.diameter / water.kinematic_viscosity;
     c.half_added_mass = p.added_mass * water.density * circle * half;
+    c.half_tangential_added_mass = p.tangential_added_mass * water.density * circle * half;
     c.radius = 0.5 * p.diameter;
     return c;
 }
@@ -106,6 +107,7 @@ void require_possible(const LineSection& section, const std::string& where) {
     for (const auto& [value, name] : {std::pair(p.axial_damping, "axial_damping"),
                                       std::pair(p.bending_stiffness, "bending_stiffness"),
                                       std::pair(p.added_mass, "added_mass"),
+                                      std::pair(p.tangential_added_mass, "tangential_added_mass"),
                                       std::pair(p.displaced_area.value_or(0.0), "displaced_area")}) {
         require(value >= 0.0 && std::isfinite(value), where, (std::string(name) + " must not be below 0").c_str());
     }

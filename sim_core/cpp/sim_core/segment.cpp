@@ -72,7 +72,8 @@ inline void end_forces(const SegmentConstants& c, const EndMotion& motion, const
     end.tangential_factor = tangential.value;
     end.tangential_factor_slope = tangential.slope;
     end.immersed_force = normal.value * end.normal_flow +
-                         (tangential.value * end.tangential_flow + c.half_added_mass * acceleration.dot(t)) * t -
+                         (tangential.value * end.tangential_flow +
+                          (c.half_added_mass - c.half_tangential_added_mass) * acceleration.dot(t)) * t -
                          c.half_added_mass * acceleration + c.half_displaced_mass * motion.water.acceleration;
     if (c.half_lift != 0.0) end.immersed_force += (c.half_lift * end.normal_speed) * t.cross(end.normal_flow);
     end.immersed_force.z() += c.half_buoyancy;
@@ -200,6 +201,7 @@ void segment_jacobian(const SegmentConstants& c, const SegmentCache& cache, Segm
         const double k_n = end.wet * end.normal_factor;
         const double k_t = end.wet * end.tangential_factor;
         const double e = end.wet * c.half_added_mass;
+        const double e_t = end.wet * c.half_tangential_added_mass;
         const Mat3 flow_flow = (end.wet * end.normal_factor_slope * inverse_speed) * end.normal_flow *
                                end.normal_flow.transpose();
         // d(tangential drag)/d(tangential flow)
@@ -207,8 +209,8 @@ void segment_jacobian(const SegmentConstants& c, const SegmentCache& cache, Segm
 
         // Turning of the segment: δt = (I − t tᵀ) δ(x_b − x_a) / length
         const double a_t = end.acceleration.dot(t);
-        const Vec3 row = (along_rate - k_n) * end.normal_flow + e * (end.acceleration - a_t * t);
-        Mat3 turning = t * row.transpose() - u_t * flow_flow + ((k_t - k_n) * u_t + e * a_t) * across;
+        const Vec3 row = (along_rate - k_n) * end.normal_flow + (e - e_t) * (end.acceleration - a_t * t);
+        Mat3 turning = t * row.transpose() - u_t * flow_flow + ((k_t - k_n) * u_t + (e - e_t) * a_t) * across;
         Mat3 drag_rate = flow_flow + k_n * across + along_rate * along;
         if (c.half_lift != 0.0) add_lift(c, end, t, across, turning, drag_rate);
         turning *= inverse_length;
@@ -224,7 +226,7 @@ void segment_jacobian(const SegmentConstants& c, const SegmentCache& cache, Segm
         }
         jacobian.velocity[i][other] = tension_rate;
         jacobian.velocity[i][i] = -tension_rate - drag_rate;
-        jacobian.acceleration[i] = -c.half_mass * Mat3::Identity() - e * across;
+        jacobian.acceleration[i] = -c.half_mass * Mat3::Identity() - e * across - e_t * along;
     }
 }
 

@@ -26,7 +26,8 @@ struct SegmentConstants {
     double half_normal_drag;      ///< ½ ρ Cn d ℓ/2, N/(m/s)²; with Cn = 1 where it follows a curve
     double half_tangential_drag;  ///< ½ ρ Ct π d ℓ/2, N/(m/s)²; likewise
     double half_lift;             ///< ½ ρ Cl d ℓ/2, N/(m/s)²
-    double half_added_mass;   ///< Ca ρ (π d²/4) ℓ/2, kg
+    double half_added_mass;   ///< Ca ρ (π d²/4) ℓ/2, kg, across
+    double half_tangential_added_mass;  ///< and along
     double radius;            ///< of the section, m: half height of a horizontal segment
     double reynolds_per_speed;    ///< d/ν, s/m
     // Absent where EA, Cn and Ct are constant

@@ -24,7 +24,8 @@ void set_changing_segment(const SegmentConstants& nominal, double length, double
     changing.length_rate = rate;
     for (double* distributed : {&changing.half_mass, &changing.half_weight, &changing.half_buoyancy,
                                 &changing.half_normal_drag, &changing.half_tangential_drag, &changing.half_lift,
-                                &changing.half_added_mass, &changing.half_displaced_mass}) {
+                                &changing.half_added_mass, &changing.half_tangential_added_mass,
+                                &changing.half_displaced_mass}) {
         *distributed *= ratio;
     }
 }

@@ -16,7 +16,7 @@ normal_drag Cn on the diameter, tangential_drag Ct on the skin π d: each a numb
 coefficient), over |u_n| d/ν and |u_t| d/ν, smooth over the logarithm and level beyond;
 lift: Cl on the diameter, of a fairing that swivels into the flow across the line but stands at a small
 angle to it: a side force along t × u_n, t the tangent from start to end;
-added_mass Ca of π d²/4, across the line; displaced_area: m², for buoyancy (default π d²/4);
+added_mass Ca of π d²/4, across the line, tangential_added_mass along it; displaced_area: m², for buoyancy (default π d²/4);
 slack_tension: N, within which the tension is rounded off to its lower bound (default 1 % of the whole line's weight
 in air).)")
         .def(
@@ -24,7 +24,8 @@ in air).)")
             [](LineProperties* self, double length, double diameter, double mass_per_length,
                const std::variant<double, Table>& axial_stiffness,
                double axial_damping, double bending_stiffness, const DragCoefficient& normal_drag,
-               const DragCoefficient& tangential_drag, double lift, double added_mass, std::optional<double> displaced_area, std::optional<double> slack_tension) {
+               const DragCoefficient& tangential_drag, double lift, double added_mass, double tangential_added_mass,
+               std::optional<double> displaced_area, std::optional<double> slack_tension) {
                 new (self) LineProperties{.length = length,
                                           .diameter = diameter,
                                           .mass_per_length = mass_per_length,
@@ -35,12 +36,13 @@ in air).)")
                                           .tangential_drag = tangential_drag,
                                           .lift = lift,
                                           .added_mass = added_mass,
+                                          .tangential_added_mass = tangential_added_mass,
                                           .displaced_area = displaced_area,
                                           .slack_tension = slack_tension};
             },
             nb::kw_only(), "length"_a, "diameter"_a, "mass_per_length"_a, "axial_stiffness"_a,
             "axial_damping"_a = 0.0, "bending_stiffness"_a = 0.0, "normal_drag"_a = 1.2, "tangential_drag"_a = 0.01, "lift"_a = 0.0,
-            "added_mass"_a = 1.0, "displaced_area"_a = nb::none(), "slack_tension"_a = nb::none())
+            "added_mass"_a = 1.0, "tangential_added_mass"_a = 0.0, "displaced_area"_a = nb::none(), "slack_tension"_a = nb::none())
         .def_ro("length", &LineProperties::length)
         .def_ro("diameter", &LineProperties::diameter)
         .def_ro("mass_per_length", &LineProperties::mass_per_length)
@@ -51,6 +53,7 @@ in air).)")
         .def_ro("tangential_drag", &LineProperties::tangential_drag)
         .def_ro("lift", &LineProperties::lift)
         .def_ro("added_mass", &LineProperties::added_mass)
+        .def_ro("tangential_added_mass", &LineProperties::tangential_added_mass)
         .def_ro("displaced_area", &LineProperties::displaced_area)
         .def_ro("slack_tension", &LineProperties::slack_tension);
 }
