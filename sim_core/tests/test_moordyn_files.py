@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """MoorDyn input files: what they describe here, and how the rest is named."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -19,14 +20,14 @@ TOW = "two_part_tow.txt"
 def read(tmp_path):
     """Reads a deck of the folder with lines of it replaced: old text to new."""
 
-    def changed(name: str, changes: dict[str, str]) -> sc.MoorDynDeck:
+    def changed(name: str, changes: dict[str, str], **options) -> sc.MoorDynDeck:
         text = (DECKS / name).read_text(encoding="utf-8")
         for old, new in changes.items():
             assert text.count(old) == 1, old
             text = text.replace(old, new)
         path = tmp_path / "deck.txt"
         path.write_text(text, encoding="utf-8")
-        return sc.read_moordyn(path)
+        return sc.read_moordyn(path, **options)
 
     return changed
 
@@ -430,6 +431,49 @@ def test_changing_current_is_a_profile_and_a_series(deck_of):
         deck_of(text, {"current_profile_dynamic.txt": head + "0 0.1 1.1\n10 0.4 1.8\n"})
 
 
+def grid_of_current(velocity):
+    """A file current_profile_4d.txt of two x, y, z and times."""
+    x, y, z, t = (0.0, 50.0), (-20.0, 20.0), (-100.0, 0.0), (0.0, 10.0)
+    axes = "\n".join(" ".join(map(str, axis)) for axis in (x, y, z, t))
+    points = [
+        " ".join(map(str, (*point, *velocity(*point)))) for point in itertools.product(x, y, z, t)
+    ]
+    return f"2 2 2 2\n{axes}\n" + "\n".join(points)
+
+
+def test_current_of_a_grid_is_a_profile_and_a_series_if_it_is_alike_in_the_plane(deck_of):
+    text = FLOOR.replace("100  WtrDpth", "100  WtrDpth\n5 Currents")
+    file = "current_profile_4d.txt"
+    alike = grid_of_current(lambda x, y, z, t: (1.1 + 0.01 * z + 0.03 * t, 0.2, 0.0))
+    water = deck_of(text, {file: alike}).system.water
+    assert water.motion((7, 3, 0), time=0.0).velocity == pytest.approx([1.1, 0.2, 0])
+    assert water.motion((0, 0, -100), time=10.0).velocity == pytest.approx([0.4, 0.2, 0])
+    sheared = grid_of_current(lambda x, y, z, t: (0.01 * x, 0.0, 0.0))
+    with pytest.raises(sc.InvalidInput, match="only a current that is alike in all x and y"):
+        deck_of(text, {file: sheared})
+    whole = alike.splitlines()
+    with pytest.raises(sc.InvalidInput, match="a line x y z t ux uy uz for each point of the grid"):
+        deck_of(text, {file: "\n".join(whole[:-1])})
+    with pytest.raises(sc.InvalidInput, match="after the fifth must be x y z t ux uy uz"):
+        deck_of(text, {file: "\n".join([*whole[:-1], "0 1"])})
+
+
+def test_sea_floor_in_a_file_is_the_floor_if_it_is_level(deck_of):
+    text = FLOOR.replace("100  WtrDpth", "hills.txt SeafloorFile")
+    level = "2 2\n-500 500\n-500 500\n-500 -500 -110\n-500 500 -110\n500 -500 -110\n500 500 -110\n"
+    deck = deck_of(text, {"hills.txt": level})
+    assert deck.water_depth == 110.0
+    assert deck.system.tank == deck_of(FLOOR.replace("100  WtrDpth", "110 WtrDpth")).system.tank
+    with pytest.raises(sc.InvalidInput, match="lies between -115 and -110 m, only a level one"):
+        deck_of(text, {"hills.txt": level.replace("500 500 -110", "500 500 -115")})
+    with pytest.raises(sc.InvalidInput, match="two counts, as many x, as many y, and x, y, z"):
+        deck_of(text, {"hills.txt": level.replace("2 2\n", "2 3\n")})
+    uneven = {"hills.txt": level.replace("500 500 -110", "500 500 -115")}
+    deck = deck_of(text, uneven, water_depth=120.0)
+    assert deck.water_depth == 120.0
+    assert deck.warnings == ("deck.txt:17: water_depth 120 m in place of SeafloorFile",)
+
+
 def test_wave_spectra_beside_the_deck_are_the_waters(deck_of):
     """WaveKin 2 is Re c exp(iωt), 7 its imaginary part with directions (MoorDyn-C)."""
     wave = FLOOR.replace("100  WtrDpth", "100  WtrDpth\n{} WaveKin")
@@ -658,19 +702,10 @@ def test_of_two_rods_with_one_number_either_is_read_if_nothing_refers_to_it(deck
 @pytest.mark.parametrize(
     ("change", "warning"),
     [
-        ({"0.1    0.0\n": "0.1    0.5\n"}, "5: left out: added mass along lines (CaAx), line 5"),
-        ({"0.1    0.0\n": "0.1    0.0  0.8\n"}, "5: left out: vortex-induced vibration (Cl)"),
         ({"0.002    dtM": "7 Springs"}, "17: left out: option Springs, of no known name, line 17"),
         (
             {"2    Coupled ": "7    Free 1 1 -1 0 0 0 0\n2    Coupled "},
             "10: left out: a free point that holds no line, line 10",
-        ),
-        (
-            {
-                "0.1    0.0\n": "0.1    0.5\n",
-                "--- need this": "--- FAILURE ---\nID\n()\n1 2 1 10 0\n--- need this",
-            },
-            "5: left out: added mass along lines (CaAx), line 5; the failure of lines, line 22",
         ),
         ({"0.002    dtM": "1 WaveKin"}, "17: still water: WaveKin 1 leaves waves and current to"),
         ({"200 ": "#"}, "16: no WtrDpth: the sea floor is taken at the deepest anchor, 30 m; give"),
@@ -681,9 +716,64 @@ def test_what_is_left_out_or_assumed_is_told_in_one_line(read, change, warning):
     assert text.startswith(f"deck.txt:{warning}")
 
 
+VIBRATING = {"0.1    0.0\n": "0.1    0.0  0.8\n"}
+FAILING = {"--- need this": "--- FAILURE ---\nID\n()\n1 2 1 {} {}\n--- need this"}
+CONTROLLED = {"--- need this": "--- CONTROL ---\nID\n()\n1 1\n--- need this"}
+
+
+def failing(time, tension):
+    return {old: new.format(time, tension) for old, new in FAILING.items()}
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "line", "what"),
+    [
+        (VIBRATING, "viv", 5, "vortex-induced vibration (Cl)"),
+        (failing(10, 0), "failure", 22, "the failure of lines"),
+        (failing(0, 1200e3), "failure", 22, "the failure of lines"),
+        (CONTROLLED, "control", 22, "the control of lines"),
+    ],
+)
+def test_what_changes_a_run_is_refused_unless_it_is_accepted_by_name(
+    read, changes, name, line, what
+):
+    with pytest.raises(sc.InvalidInput) as error:
+        read(CHAIN, changes)
+    assert str(error.value) == (
+        f"deck.txt:{line}: {what} changes a run and is not simulated: take it out, or accept that "
+        f'it is left out, accept={{"{name}"}}'
+    )
+    others = {"viv", "failure", "control"} - {name}
+    with pytest.raises(sc.InvalidInput, match="changes a run"):
+        read(CHAIN, changes, accept=others)
+    deck = read(CHAIN, changes, accept={name})
+    assert deck.warnings == (f"deck.txt:{line}: left out: {what}, line {line}",)
+    assert deck.system == read(CHAIN, {}).system
+
+
+def test_all_that_is_accepted_is_told_in_one_line(read):
+    deck = read(CHAIN, VIBRATING | failing(10, 0), accept={"viv", "failure"})
+    assert deck.warnings == (
+        "deck.txt:5: left out: vortex-induced vibration (Cl), line 5; the failure of lines, "
+        "line 22",
+    )
+
+
+@pytest.mark.parametrize("accept", ["viv", {"vibration"}])
+def test_what_can_be_accepted_is_named(accept):
+    with pytest.raises(sc.InvalidInput, match=r"accept: .* \['control', 'failure', 'viv'\]"):
+        sc.read_moordyn(DECKS / CHAIN, accept=accept)
+
+
+def test_added_mass_along_lines_is_that_of_the_line(read):
+    properties = read(CHAIN, {"0.1    0.0\n": "0.1    0.5\n"}).system.lines["line1"].properties
+    assert properties.tangential_added_mass == 0.5
+
+
 @pytest.mark.parametrize(
     "change",
     [
+        failing(0, 0),  # neither at a time nor at a tension
         {"0.002    dtM": "3 writeLog\n0.1 dtOut\nRK4 tScheme\n60 TmaxIC\n1 disableOutTime"},
         {"--- need this line": "--- OUTPUTS ---\nFairTen1\n--- need this line"},
         {"0.002    dtM": "0 WaveKin\n0 Currents\n200.0 FricDamp"},
@@ -704,8 +794,8 @@ def test_what_does_not_matter_is_silent(read, change):
         (CHAIN, "-0.5       0 ", "-0.5 bend.txt ", "5: EI bend.txt: only a constant"),
         (CHAIN, "0.002    dtM", "1 Currents", "17: there is no file current_profile.txt beside"),
         (CHAIN, "0.002    dtM", "7 WaveKin", "17: there is no file wave_frequencies.txt beside"),
-        (CHAIN, "0.002    dtM", "5 Currents", "17: Currents 5: only a profile over depth"),
-        (CHAIN, "0.002    dtM", "hills.txt SeafloorFile", "17: an uneven sea floor is not supp"),
+        (CHAIN, "0.002    dtM", "6 Currents", "17: Currents 6 is not known: give 0 to 5"),
+        (CHAIN, "0.002    dtM", "hills.txt SeafloorFile", "17: there is no file hills.txt beside"),
         (CHAIN, "0.002    dtM", "0.1 mu_kT", "17: friction across a line (0.1) and along it (0)"),
         (
             CHAIN,

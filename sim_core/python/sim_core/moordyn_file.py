@@ -18,23 +18,22 @@ The end of a rod clamps a line with bending stiffness, as in MoorDyn: the line l
 What is adrift, held by no line, hangs on a thread that pulls with a billionth of its weight: so
 that it has a prescribed point.
 
-What changes the shape at rest and has no counterpart here is an error, which names line, cause and
-mend. What only changes a run is left out, and told in one warning: added mass along lines (CaAx),
-vortex-induced vibration (Cl), the failure and the control of lines. Output and MoorDyn's solver do
-not matter.
+What changes the result and has no counterpart here is an error, which names line, cause and mend.
+What changes a run alone, not the shape at rest, can be accepted by its name in LEFT_OUT; that, and
+what is without effect, is told in one warning. Output and MoorDyn's solver do not matter.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from sim_core._core import Body, LineProperties
+from sim_core._core import Body, InvalidInput, LineProperties
 from sim_core.moordyn_bodies import (
     COUPLED,
     COUPLED_PINNED,
@@ -54,7 +53,7 @@ from sim_core.moordyn_bodies import (
 )
 from sim_core.moordyn_lines import LineType, read_line_types
 from sim_core.moordyn_tables import Row, Tables, read_tables
-from sim_core.moordyn_water import Options, floor, read_water
+from sim_core.moordyn_water import Options, floor, floor_of_file, read_water
 from sim_core.system import (
     FreePoint,
     Joint,
@@ -71,9 +70,15 @@ _BODY = (
 )
 _ROD = ("ID", "RodType", "Attachment", "Xa", "Ya", "Za", "Xb", "Yb", "Zb", "NumSegs")
 _POINT = ("ID", "Attachment", "X", "Y", "Z", "Mass", "Volume", "CdA", "Ca")
+_FAILURE = ("FailureID", "Point", "Lines", "FailTime", "FailTen")
 _LINE = ("ID", "LineType", "AttachA", "AttachB", "UnstrLen", "NumSegs")
 
-_SECTIONS_LEFT_OUT = {"FAILURE": "the failure of lines", "CONTROL": "the control of lines"}
+#: What changes a run and has no counterpart here, by the name that accepts that it is left out.
+LEFT_OUT = {
+    "viv": "vortex-induced vibration (Cl)",
+    "failure": "the failure of lines",
+    "control": "the control of lines",
+}
 _THREAD = 1000.0  # m
 _STEEL = 7850.0  # kg/m³
 _JOINT_GAP = 1e-5  # of a body's length, under the weight of everything
@@ -94,19 +99,25 @@ class MoorDynDeck:
     warnings: tuple[str, ...]  #: what was left out or assumed, as "file:line: what"
 
 
-def read_moordyn(path: str | Path, *, water_depth: float | None = None) -> MoorDynDeck:
+def read_moordyn(
+    path: str | Path, *, water_depth: float | None = None, accept: Collection[str] = ()
+) -> MoorDynDeck:
     """Read a MoorDyn v2 input file.
 
     water_depth: m, in place of the file's; infinite: without a sea floor. A file that has none, as
     where OpenFAST gives it, gets the depth of its anchors if they are the deepest points.
+    accept: of what changes a run and is not simulated, what may be left out: "viv" (vortex-induced
+    vibration), "failure" and "control" (of lines). The deck's warnings then say so.
     Files that it names (tables, waves, currents) are looked for beside it.
 
     Raises InvalidInput, naming file, line and mend, for a malformed file and for what changes the
-    result and has no counterpart here; OSError if the file cannot be read.
+    result, has no counterpart here and is not accepted; OSError if the file cannot be read.
     """
+    if isinstance(accept, str) or not set(accept) <= set(LEFT_OUT):
+        raise InvalidInput(f"accept: {accept!r} is not a set of names among {sorted(LEFT_OUT)}")
     path = Path(path)
     tables = read_tables(path.read_text(encoding="utf-8", errors="replace"), path.name)
-    return _Reader(tables, path.parent, water_depth).deck()
+    return _Reader(tables, path.parent, water_depth, frozenset(accept)).deck()
 
 
 _Key = tuple[str, int]  # ("point", 3), ("rod A", 1), ("rod B", 1)
@@ -155,10 +166,13 @@ class _Parts:
 
 
 class _Reader:
-    def __init__(self, tables: Tables, folder: Path, water_depth: float | None) -> None:
+    def __init__(
+        self, tables: Tables, folder: Path, water_depth: float | None, accepted: frozenset[str]
+    ) -> None:
         self._tables = tables
         self._folder = folder
         self._given_depth = water_depth
+        self._accepted = accepted
         self._notes: list[tuple[Row, str]] = []
         self._left_out: dict[str, list[Row]] = {}
         self._ambiguous: set[_Key] = set()
@@ -171,7 +185,9 @@ class _Reader:
         options = Options.of(self._tables["OPTIONS"], self._folder)
         self._density = options.real("rhow", self._density)
         self._note_the_rest(options)
-        types = read_line_types(self._tables["LINE TYPES"], self._folder, self._leave_out)
+        types = read_line_types(
+            self._tables["LINE TYPES"], self._folder, lambda row: self._omit(row, "viv")
+        )
         carriers = {n: read_carrier(row) for n, row in self._rows("BODIES", _BODY)}
         rods = self._rods(carriers)
         lines = self._lines(types, rods)
@@ -215,6 +231,15 @@ class _Reader:
     def _leave_out(self, row: Row, what: str) -> None:
         self._left_out.setdefault(what, []).append(row)
 
+    def _omit(self, row: Row, name: str) -> None:
+        """Leave out what has that name in LEFT_OUT, if it is accepted."""
+        if name not in self._accepted:
+            raise row.error(
+                f"{LEFT_OUT[name]} changes a run and is not simulated: take it out, or accept that "
+                f'it is left out, accept={{"{name}"}}'
+            )
+        self._leave_out(row, LEFT_OUT[name])
+
     def _warnings(self) -> tuple[str, ...]:
         texts = [f"{row.source}:{row.number}: {what}" for row, what in self._notes]
         if self._left_out:
@@ -229,9 +254,12 @@ class _Reader:
     def _note_the_rest(self, options: Options) -> None:
         for row in self._tables["EXTERNAL LOADS"]:
             raise row.error("external loads are not supported: take them out")
-        for section, what in _SECTIONS_LEFT_OUT.items():
-            for row in self._tables[section][:1]:
-                self._leave_out(row, what)
+        for row in self._tables["FAILURE"]:
+            row.require(_FAILURE)
+            if max(row.real(i, _FAILURE[i]) for i in (3, 4)) > 0.0:  # a 0 is no such condition
+                self._omit(row, "failure")
+        for row in self._tables["CONTROL"]:
+            self._omit(row, "control")
         for row in self._tables.unknown:
             what = f"a section '{' '.join(row.words).strip('- ')}' is not known"
             raise row.error(f"{what}: correct its name or take it out")
@@ -580,7 +608,12 @@ class _Reader:
         parts = self._parts
         deepest = max(parts.anchors, default=0.0)
         depth: float | None = self._given_depth
-        if depth is None and "wtrdpth" in options.rows:
+        uneven = options.rows.get("seafloorfile")
+        if uneven is not None and depth is not None:
+            self._notes.append((uneven, f"water_depth {depth:g} m in place of SeafloorFile"))
+        elif uneven is not None:
+            depth = floor_of_file(uneven, self._folder)
+        elif depth is None and "wtrdpth" in options.rows:
             depth = options.real("wtrdpth", 0.0)
         if depth is not None:
             return None if math.isinf(depth) else max(depth, deepest)

@@ -53,11 +53,12 @@ class LineType:
 
 
 def read_line_types(
-    rows: list[Row], folder: Path, leave_out: Callable[[Row, str], None]
+    rows: list[Row], folder: Path, without_vibration: Callable[[Row], None]
 ) -> dict[str, LineType]:
     """Return line types by name.
 
-    folder: where files of tables are looked for; leave_out takes a row and what of it is left out.
+    folder: where files of tables are looked for; without_vibration is told the row of a type whose
+    vortex-induced vibration is not simulated.
     Raises InvalidInput naming the line.
     """
     types: dict[str, LineType] = {}
@@ -68,10 +69,8 @@ def read_line_types(
         if row.words[0] in types:
             raise row.error(f"a second type '{row.words[0]}'")
         types[row.words[0]] = _line_type(row, folder)
-        if row.real(9, "CaAx") != 0.0:
-            leave_out(row, "added mass along lines (CaAx)")
         if len(row.words) > 10 and row.real(10, "Cl") != 0.0:
-            leave_out(row, "vortex-induced vibration (Cl)")
+            without_vibration(row)
     return types
 
 
@@ -84,7 +83,7 @@ def _line_type(row: Row, folder: Path) -> LineType:
             what = f"{_COLUMNS[column]} {row.words[column]}"
             raise row.error(f"{what}: only a constant is supported: give a number")
     real = [0.0, *(row.real(i, _COLUMNS[i]) for i in (1, 2)), 0.0, 0.0]
-    real += [row.real(i, _COLUMNS[i]) for i in range(5, 9)]
+    real += [row.real(i, _COLUMNS[i]) for i in range(5, 10)]
     damping = row.real(4, "BA", ba[0])
     stiffness: _Stiffness
     if _is_number(ea[0]):
@@ -119,6 +118,7 @@ def _line_type(row: Row, folder: Path) -> LineType:
         normal_drag=real[6],
         added_mass=real[7],
         tangential_drag=real[8],
+        tangential_added_mass=real[9],
     )
     return LineType(properties, max(-damping, 0.0), fast)
 

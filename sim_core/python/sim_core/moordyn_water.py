@@ -4,9 +4,11 @@
 | option | here |
 |---|---|
 | WtrDpth, kBot, cBot | the floor of a Tank: bed_stiffness kBot, damping from cBot |
+| SeafloorFile | the floor's depth, if that is one: a Tank's floor is level |
 | FrictionCoefficient, mu_kT, mu_kA | its friction; FricDamp only rounds the friction off |
 | WaterKin | the steady profile of its file |
-| Currents 1, 3; 2, 4 | current_profile.txt; current_profile_dynamic.txt, a profile plus a series |
+| Currents 1, 3 | current_profile.txt |
+| Currents 2, 4; 5 | current_profile_dynamic.txt; current_profile_4d.txt, a profile plus a series |
 | WaveKin 2, 4, 7; 3, 5 | wave_frequencies.txt; Fourier components of wave_elevation.txt |
 
 MoorDyn's floor has a dashpot, kBot δ + cBot δ̇ per area; here the damping grows with the depth,
@@ -25,6 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_core._core import Current, InvalidInput, Sea, Tank, Water
 from sim_core.moordyn_lines import LineType
@@ -34,6 +37,8 @@ _NAMES = {
     "gravity": "g",
     "rho": "rhow",
     "wtrdnsty": "rhow",
+    "depth": "wtrdpth",  # so MoorPy
+    "wtrdepth": "wtrdpth",
     "dt": "dtm",
     "kb": "kbot",
     "cb": "cbot",
@@ -49,6 +54,9 @@ _READ = {
     *("g", "rhow", "wtrdpth", "dtm", "kbot", "cbot", "frictioncoefficient", "mu_kt", "mu_ka"),
     *("statdynfricscale", "mc", "wavekin", "currents", "waterkin", "seafloorfile"),
 }
+
+_ALIKE = 1e-6  # of the largest velocity: what rounding in a file may make of equal ones
+_Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -124,11 +132,6 @@ def floor(
     options: Options, depth: float, lines: list[tuple[LineType, float]], water: Water
 ) -> Tank:
     """Return the tank whose floor is the sea floor; lines: types and lengths (m)."""
-    if "seafloorfile" in options.rows:
-        row = options.rows["seafloorfile"]
-        raise row.error(
-            "an uneven sea floor is not supported: leave SeafloorFile out and give WtrDpth"
-        )
     friction = options.real("frictioncoefficient", 0.0)
     across, along = (options.real(name, friction) for name in ("mu_kt", "mu_ka"))
     if across != along:
@@ -164,6 +167,29 @@ def floor(
     )
 
 
+def floor_of_file(row: Row, folder: Path) -> float:
+    """Return the depth (m) of the sea floor in the file of an option SeafloorFile.
+
+    Raises InvalidInput if it is uneven: a Tank's floor is level.
+    """
+    file = row.words[0].strip("\"'")
+    counts, *lines = numbers_of_file(row, file, folder, heads=0, columns=1)
+    shape = [len(line) for line in lines[:2]]
+    rows = lines[2:]
+    if counts != shape or len(rows) != math.prod(shape) or any(len(line) != 3 for line in rows):
+        raise row.error(
+            f"{file}: there must be two counts, as many x, as many y, and x, y, z for each of both"
+        )
+    heights = [z for _, _, z in rows]
+    low, high = min(heights), max(heights)
+    if high - low > 1e-6 * abs(low):
+        raise row.error(
+            f"the sea floor of {file} lies between {low:g} and {high:g} m, only a level one is "
+            "supported: give water_depth, or WtrDpth in place of SeafloorFile"
+        )
+    return -low
+
+
 def _current(options: Options) -> Current | None:
     waves, current = options.hybrid()
     if waves not in (0, 2) or current not in (0, 1, 2):
@@ -186,10 +212,9 @@ def _current(options: Options) -> Current | None:
         return _profile(numbers_of_file(row, file, options.folder, heads=3, columns=2))
     if kind in (2, 4):
         return _changing_current(row, options.folder)
-    raise row.error(
-        f"Currents {kind}: only a profile over depth (1 to 4) is supported: give one of these, or "
-        "0 and a Current to deck.system's water"
-    )
+    if kind == 5:
+        return _current_of_a_grid(row, options.folder)
+    raise row.error(f"Currents {kind} is not known: give 0 to 5")
 
 
 def _profile(rows: Iterable[list[float]]) -> Current:
@@ -206,7 +231,7 @@ def _numbers(line: str) -> list[float]:
 
 
 def _changing_current(row: Row, folder: Path) -> Current:
-    """A table over time and depth, if it is the sum of a profile and a series."""
+    """A table over time and depth."""
     file = "current_profile_dynamic.txt"
     lines = numbers_of_file(row, file, folder, heads=4, columns=1)
     depths, samples = np.array(lines[0]), lines[1:]
@@ -218,17 +243,58 @@ def _changing_current(row: Row, folder: Path) -> Current:
     for i, sample in enumerate(samples):
         values = np.reshape(sample[1:], (-1, count))
         table[i, : len(values)] = values
+    return _profile_and_series(row, file, depths, times, table)
+
+
+def _current_of_a_grid(row: Row, folder: Path) -> Current:
+    """A table over x, y, z and time, if it is alike in all x and y."""
+    file = "current_profile_4d.txt"
+    counts, *lines = numbers_of_file(row, file, folder, heads=0, columns=1)
+    axes = lines[:4]
+    shape = [len(axis) for axis in axes]
+    places = [{value: i for i, value in enumerate(axis)} for axis in axes]
+    grid = np.full((*shape, 3), np.nan)
+    for point in lines[4:]:
+        if len(point) != 7:
+            raise row.error(f"{file}: the lines after the fifth must be x y z t ux uy uz")
+        x, y, z, t = (at.get(value, -1) for at, value in zip(places, point[:4], strict=True))
+        grid[x, y, z, t] = point[4:7] if min(x, y, z, t) >= 0 else np.nan
+    if counts != shape or np.isnan(grid).any():
+        raise row.error(
+            f"{file}: there must be four counts, as many x, y, z and times, and a line "
+            "x y z t ux uy uz for each point of the grid"
+        )
+    table = grid[0, 0]
+    if np.abs(grid - table).max() > _ALIKE * np.abs(grid).max():
+        raise row.error(
+            f"{file}: only a current that is alike in all x and y is supported: give such a one, "
+            "or Currents 0 and a Current to deck.system's water"
+        )
+    depths, times = np.array(axes[2]), np.array(axes[3])
+    return _profile_and_series(row, file, depths, times, table.transpose(1, 2, 0))
+
+
+def _profile_and_series(
+    row: Row, file: str, depths: _Array, times: _Array, table: _Array
+) -> Current:
+    """A table (times, 3, depths) in m/s, if it is the sum of a profile and a series."""
     profile = table[0]
     series = (table - profile).mean(axis=2)
-    if np.abs(table - profile - series[:, :, None]).max() > 1e-6 * max(1e-9, np.abs(table).max()):
+    if np.abs(table - profile - series[:, :, None]).max() > _ALIKE * np.abs(table).max():
         raise row.error(
             f"{file}: only the sum of a steady profile and a series that is alike in all depths "
             "is supported: give such a one, or Currents 0 and a Current to deck.system's water"
         )
-    return Current(
-        profile=sorted(zip(depths.tolist(), profile.T.tolist(), strict=True)),
-        series=list(zip(times.tolist(), series.tolist(), strict=True)),
-    )
+    over_depth = sorted(zip(depths.tolist(), profile.T.tolist(), strict=True))
+    over_time = list(zip(times.tolist(), series.tolist(), strict=True))
+    try:
+        return Current(
+            uniform=(0.0, 0.0, 0.0) if len(over_depth) > 1 else over_depth[0][1],
+            profile=over_depth if len(over_depth) > 1 else None,
+            series=over_time if len(over_time) > 1 else None,
+        )
+    except InvalidInput as error:
+        raise row.error(f"{file}: {error}") from None
 
 
 def _waves(options: Options, depth: float | None, gravity: float) -> Sea | None:
