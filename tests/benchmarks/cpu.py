@@ -35,7 +35,7 @@ from towtank_node.stamps import ros_minus_monotonic_ns
 from towtank_rig import load_rig
 
 RIG = "nit_calicut_2012"
-LIMITS = {100: 0.15, 200: 0.25}
+LIMITS = {100: 0.10, 200: 0.17}
 """Of one core, for the whole chain, by scans per second."""
 SETTLING_S = 5.0
 CHAIN = "towtank_daq"

@@ -21,6 +21,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "acquisition = towtank_daq.acquisition:main",
             "adc_board = towtank_daq.adc_board_node:main",
             "sensors = towtank_daq.sensors:main",
         ],

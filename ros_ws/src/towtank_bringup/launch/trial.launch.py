@@ -91,15 +91,15 @@ def action_of(item: Item) -> ExecuteProcess:
     if isinstance(item, Program):
         return ExecuteProcess(cmd=list(item.command), name=item.name, **ending)
     if isinstance(item, NodeGroup):
+        if item.restarts:
+            ending |= {
+                "on_exit": ended_once_more(item.restarts),
+                "respawn": True,
+                "respawn_max_retries": item.restarts,
+            }
         return Node(
             package=item.package, executable=item.executable, parameters=[item.parameters], **ending
         )
-    if item.restarts:
-        ending |= {
-            "on_exit": ended_once_more(item.restarts),
-            "respawn": True,
-            "respawn_max_retries": item.restarts,
-        }
     kind = LifecycleNode if item.lifecycle else Node
     return kind(
         package=item.package,

@@ -240,7 +240,7 @@ def test_the_state_before_a_transition_does_not_decide_it(led, monkeypatch):
     device._service_change_state.callback = wait
     device._service_get_state.callback = tell_state
     conductor.leading = False
-    conductor._transition(GRAPH[0], Transition.TRANSITION_DEACTIVATE, "deactivated")
+    conductor._transition("/device", Transition.TRANSITION_DEACTIVATE, "deactivated")
     assert states[0] == State.PRIMARY_STATE_ACTIVE
     assert states[-1] == State.PRIMARY_STATE_INACTIVE
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 from towtank_bringup import processes
-from towtank_bringup.graph import RosNode
+from towtank_bringup.graph import NodeGroup, RosNode
 from towtank_bringup.processes import ProcessError, ProcessGroup
 
 
@@ -22,7 +22,7 @@ def started(monkeypatch, tmp_path):
     group = ProcessGroup(tmp_path)
     group.start(
         (
-            RosNode("p", "e", "/", "mortal", restarts=2),
+            NodeGroup("p", "mortal", ("/a",), restarts=2),
             RosNode("p", "e", "/", "other"),
         ),
         watch=lambda: None,
@@ -42,18 +42,18 @@ def kill(group: ProcessGroup, name: str) -> int:
 
 def test_process_is_started_again_so_often(started):
     for _ in range(2):
-        dead = kill(started, "/mortal")
+        dead = kill(started, "mortal")
         started.check(may_restart=True)
-        assert started.pids()["/mortal"] != dead
+        assert started.pids()["mortal"] != dead
         started.check()
-    kill(started, "/mortal")
-    with pytest.raises(ProcessError, match="/mortal ended with status -9"):
+    kill(started, "mortal")
+    with pytest.raises(ProcessError, match="mortal ended with status -9"):
         started.check(may_restart=True)
 
 
 def test_it_is_not_started_again_while_it_may_not(started):
-    kill(started, "/mortal")
-    with pytest.raises(ProcessError, match="/mortal ended with status -9"):
+    kill(started, "mortal")
+    with pytest.raises(ProcessError, match="mortal ended with status -9"):
         started.check()
 
 

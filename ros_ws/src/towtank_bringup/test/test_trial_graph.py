@@ -17,7 +17,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from towtank_bringup.environment import NO_LOG_FILES
 from towtank_bringup.graph import (
-    BOARD_RESTARTS,
+    ACQUISITION_RESTARTS,
     FIRMWARE_IMAGE,
     VIRTUAL_BOARD,
     NodeGroup,
@@ -68,7 +68,7 @@ def test_real_board_runs_the_same_measurement_without_the_virtual_tank(firmware,
         names.PLANT_NODE,
         names.BENCH_NODE,
     }
-    board = next(item for item in real if item.full_name == names.BOARD_NODE)
+    board = next(item for item in real if item.full_name == "acquisition")
     assert board.parameters["port"] == str(port)
 
 
@@ -82,7 +82,7 @@ def test_the_virtual_board_is_that_of_the_rigs_calibrations(firmware, tmp_path):
     (board,) = (item for item in planned.graph if item.full_name == "virtual_board")
     image = Path(board.command[board.command.index("--eeprom") + 1]).read_bytes()
     assert len(image) == 4096 and image[4:8] == b"\x03\0\0\0"
-    (node,) = (item for item in planned.graph if item.full_name == names.BOARD_NODE)
+    (node,) = (item for item in planned.graph if item.full_name == "acquisition")
     assert node.parameters["any_calibration"] is True
     without = plan_trial(rig="nit_calicut_2012", runtime=tmp_path, out=tmp_path / "o").graph
     (board,) = (item for item in without if item.full_name == "virtual_board")
@@ -210,9 +210,8 @@ def test_launch_file_starts_exactly_the_graph_and_the_conductor(launched, tmp_pa
             assert type(action).__name__ == "ExecuteProcess"
             assert action.keywords["cmd"][0] == item.command[0]
         else:
-            assert type(action).__name__ == (
-                "LifecycleNode" if getattr(item, "lifecycle", False) else "Node"
-            )
+            lifecycle = isinstance(item, RosNode) and item.lifecycle
+            assert type(action).__name__ == ("LifecycleNode" if lifecycle else "Node")
             if isinstance(item, RosNode):
                 assert action.keywords["namespace"] == item.namespace
                 assert action.keywords["name"] == item.name
@@ -240,15 +239,15 @@ def test_launch_ends_well_with_the_conductors_good_end_only(launched):
     assert on_exit(conductor, 0, is_shutdown=True) is None
 
 
-def test_launch_starts_the_boards_node_again_so_often(launched):
+def test_launch_starts_acquisition_again_so_often(launched):
     _, actions = launched
     again = [action for action in actions if action.keywords.get("respawn")]
-    assert [action.keywords["name"] for action in again] == ["adc_board"]
+    assert [action.keywords["executable"] for action in again] == ["acquisition"]
     (board,) = again
-    assert board.keywords["respawn_max_retries"] == BOARD_RESTARTS
+    assert board.keywords["respawn_max_retries"] == ACQUISITION_RESTARTS
     context = types.SimpleNamespace(is_shutdown=False)
     event = types.SimpleNamespace(process_name="it", returncode=-9)
-    for _ in range(BOARD_RESTARTS):
+    for _ in range(ACQUISITION_RESTARTS):
         board.keywords["on_exit"](event, context)
     with pytest.raises(RuntimeError, match="it ended with status -9"):
         board.keywords["on_exit"](event, context)

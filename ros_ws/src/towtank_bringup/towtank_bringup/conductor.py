@@ -48,7 +48,7 @@ from towtank_node.trial_clock import TrialClock
 
 from towtank_bringup.crank_watch import CrankWatch
 from towtank_bringup.environment import NO_LOG_FILES
-from towtank_bringup.graph import Graph, RosNode, told_to_all
+from towtank_bringup.graph import Graph, NodeGroup, told_to_all
 
 SERVICE_TIMEOUT_S = 30.0
 _SPIN_S = 0.05
@@ -89,7 +89,12 @@ class Conductor(Node):
             parameter_overrides=told,
         )
         self._node_names = [name for item in graph for name in item.node_names]
-        self._lifecycle = [item for item in graph if isinstance(item, RosNode) and item.lifecycle]
+        self._restarts = {
+            name: item.restarts if isinstance(item, NodeGroup) else 0
+            for item in graph
+            for name in item.lifecycle_names
+        }
+        """Of the lifecycle nodes, in the graph's order: how often the process may die."""
         self._watch = watch
         self.say = say
         self.leading = False
@@ -99,9 +104,7 @@ class Conductor(Node):
         self._trial_clock = TrialClock(self)
         self._crank = CrankWatch()
         self._kept: dict[str, Client] = {}
-        self._leaders = {
-            node.full_name: LifecycleClient(self, node.full_name) for node in self._lifecycle
-        }
+        self._leaders = {name: LifecycleClient(self, name) for name in self._restarts}
         self._client(SET_CRANK_SPEED)
         for name in self._node_names:
             if name in map(pressure_node, BODIES):
@@ -146,8 +149,8 @@ class Conductor(Node):
             # The crank's drive is judged by its state: before the run a trip may be cleared
             if status.level >= DiagnosticStatus.ERROR and name != CRANK_DRIVE_NODE:
                 raise TrialError(f"{name}: {status.message}")
-        for node in self._lifecycle:
-            if self.leading and not self._ready(node.full_name):
+        for node in self._restarts:
+            if self.leading and not self._ready(node):
                 self._bring_back(node)
 
     def _look_for_strangers(self) -> None:
@@ -303,20 +306,20 @@ class Conductor(Node):
         )
 
     # -------------------------------------------------------------------------- leading nodes
-    def _transition(self, node: RosNode, transition: int, word: str) -> None:
-        leader = self._leaders[node.full_name]
-        self.wait_until(leader.is_ready, SERVICE_TIMEOUT_S, f"{node.full_name} to come up")
+    def _transition(self, node: str, transition: int, word: str) -> None:
+        leader = self._leaders[node]
+        self.wait_until(leader.is_ready, SERVICE_TIMEOUT_S, f"{node} to come up")
         call = leader.transition(transition)
         self.wait_until(
-            lambda: call.outcome() is not None, SERVICE_TIMEOUT_S, f"{node.full_name} to be {word}"
+            lambda: call.outcome() is not None, SERVICE_TIMEOUT_S, f"{node} to be {word}"
         )
         if not call.outcome():
             self.spin_for(1.0)  # its diagnostics say why
-            raise TrialError(f"{node.full_name} could not be {word}: see its log")
+            raise TrialError(f"{node} could not be {word}: see its log")
 
     def bring_up(self) -> None:
         """Activate the lifecycle nodes in the graph's order and wait until every node is ready."""
-        for node in self._lifecycle:
+        for node in self._restarts:
             self._activate(node)
         self.wait_until(
             lambda: all(map(self._ready, self._node_names)),
@@ -325,48 +328,44 @@ class Conductor(Node):
         )
         self.leading = True
 
-    def _activate(self, node: RosNode) -> None:
+    def _activate(self, node: str) -> None:
         self._transition(node, Transition.TRANSITION_CONFIGURE, "configured")
         self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
 
     def _ready(self, name: str) -> bool:
         return self._value(name, "state") == "ready"
 
-    def _bring_back(self, node: RosNode) -> None:
+    def _bring_back(self, node: str) -> None:
         """Activate a node whose process was started again, or which somebody else has deactivated,
         and mark that in the trial.
 
         One that dies meanwhile ends the trial, for the answers that are waited for would not come.
         """
         self.leading = False
-        leader = self._leaders[node.full_name]
-        self.wait_until(leader.is_ready, SERVICE_TIMEOUT_S, f"{node.full_name} to come up")
+        leader = self._leaders[node]
+        self.wait_until(leader.is_ready, SERVICE_TIMEOUT_S, f"{node} to come up")
         asked = leader.state()
-        self.wait_until(
-            lambda: asked.answer() is not None, SERVICE_TIMEOUT_S, f"{node.full_name}'s state"
-        )
+        self.wait_until(lambda: asked.answer() is not None, SERVICE_TIMEOUT_S, f"{node}'s state")
         state = asked.answer().current_state
         if state.id == State.PRIMARY_STATE_INACTIVE:
-            self.say(f"activating {node.full_name} again, which somebody else had deactivated")
+            self.say(f"activating {node} again, which somebody else had deactivated")
             self._transition(node, Transition.TRANSITION_ACTIVATE, "activated")
-        elif node.restarts:
-            self.say(f"restarting {node.full_name}, whose process had ended")
+        elif self._restarts[node]:
+            self.say(f"restarting {node}, whose process had ended")
             self._activate(node)
         else:
             raise TrialError(
-                f"{node.full_name} is {state.label}: somebody else has ended its work; keep other "
+                f"{node} is {state.label}: somebody else has ended its work; keep other "
                 "programs' lifecycle requests out of the trial's domain and start again"
             )
-        self.wait_until(
-            lambda: self._ready(node.full_name), SERVICE_TIMEOUT_S, f"{node.full_name} to be ready"
-        )
+        self.wait_until(lambda: self._ready(node), SERVICE_TIMEOUT_S, f"{node} to be ready")
         self.leading = True
-        self.mark(TrialEvent.RESTARTED, node=node.full_name)
+        self.mark(TrialEvent.RESTARTED, node=node)
 
     def shut_down(self) -> None:
         """Deactivate and clean up the lifecycle nodes, the last activated first."""
         self.leading = False
-        for node in reversed(self._lifecycle):
+        for node in reversed(self._restarts):
             self._transition(node, Transition.TRANSITION_DEACTIVATE, "deactivated")
             self._transition(node, Transition.TRANSITION_CLEANUP, "cleaned up")
 

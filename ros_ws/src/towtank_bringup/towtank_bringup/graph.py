@@ -32,9 +32,10 @@ VIRTUAL_BOARD = "vboard/towtank-vboard"
 FIRMWARE_IMAGE = "towtank_board.elf"
 """Where `make -C firmware` puts the program and what it executes, below its folder."""
 
-BOARD_RESTARTS = 3
-"""The board's node may die so often in a trial: it holds nothing that the board does not have. What
-the others hold (zeros of sensors, the twin's state, the open bag) would be lost with them."""
+ACQUISITION_RESTARTS = 3
+"""The process of acquisition may die so often in a trial: it holds nothing that the board does not
+have, or that it has not kept (where the sensors were zeroed). What the others hold (the twin's
+state, the open bag) would be lost with them."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,6 @@ class RosNode:
     """A node that is its own process.
 
     lifecycle: the conductor configures and activates it, and deactivates it at the end.
-    restarts: how often its process is started again when it ends in the middle of a trial; 0: then
-    the trial ends.
-    companions: full names of further nodes in its process; whether they are ready is not waited
-    for.
     """
 
     package: str
@@ -54,8 +51,6 @@ class RosNode:
     name: str
     parameters: dict[str, Any] = field(default_factory=dict)
     lifecycle: bool = False
-    restarts: int = 0
-    companions: tuple[str, ...] = ()
 
     @property
     def full_name(self) -> str:
@@ -66,18 +61,30 @@ class RosNode:
     def node_names(self) -> tuple[str, ...]:
         return (self.full_name,)
 
+    @property
+    def lifecycle_names(self) -> tuple[str, ...]:
+        return self.node_names if self.lifecycle else ()
+
 
 @dataclass(frozen=True)
 class NodeGroup:
-    """Several nodes in one process, which name themselves; none of them is a lifecycle node.
+    """Several nodes in one process, which name themselves.
 
     node_names: fully qualified; parameters: of all of them.
+    lifecycle_names: those of them that are lifecycle nodes, which the conductor leads.
+    restarts: how often the process is started again when it ends in the middle of a trial; 0: then
+    the trial ends.
+    companions: full names of further nodes in the process; whether they are ready is not waited
+    for.
     """
 
     package: str
     executable: str
     node_names: tuple[str, ...]
     parameters: dict[str, Any] = field(default_factory=dict)
+    lifecycle_names: tuple[str, ...] = ()
+    restarts: int = 0
+    companions: tuple[str, ...] = ()
 
     @property
     def full_name(self) -> str:
@@ -92,6 +99,7 @@ class Program:
     command: tuple[str, ...]
     ready_line: str
     node_names: tuple[str, ...] = ()
+    lifecycle_names: tuple[str, ...] = ()
 
     @property
     def full_name(self) -> str:
@@ -114,6 +122,7 @@ class TrialSettings:
     board_drives_crank: the board's node offers its drive for the crank; on the virtual tank the
     plant offers its own under the same name.
     any_calibration: a board of another calibration than the rig's is taken, with a warning.
+    zeros: folder that keeps where the sensors were zeroed while the trial runs; None: not kept.
     """
 
     rig: Path
@@ -125,6 +134,7 @@ class TrialSettings:
     window_s: float = 10.0
     board_drives_crank: bool = True
     any_calibration: bool = False
+    zeros: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -172,12 +182,6 @@ def measurement(settings: TrialSettings) -> Graph:
             {**rig, "uri": str(settings.bag)},
             True,
         ),
-        NodeGroup(
-            "towtank_daq",
-            "sensors",
-            (*map(pressure_node, BODIES), INCLINOMETER_NODE, ENCODER_NODE),
-            rig,
-        ),
         RosNode(
             "towtank_sim",
             "twin",
@@ -190,19 +194,20 @@ def measurement(settings: TrialSettings) -> Graph:
             *split_name(COMPARISON_NODE),
             {**rig, "window_s": settings.window_s},
         ),
-        RosNode(
+        NodeGroup(
             "towtank_daq",
-            "adc_board",
-            *split_name(BOARD_NODE),
+            "acquisition",
+            (BOARD_NODE, *map(pressure_node, BODIES), INCLINOMETER_NODE, ENCODER_NODE),
             {
                 **rig,
                 "port": str(settings.port),
                 "rate_hz": settings.rate_hz,
                 "drives_crank": settings.board_drives_crank,
                 "any_calibration": settings.any_calibration,
+                "zeros": str(settings.zeros or ""),
             },
-            True,
-            restarts=BOARD_RESTARTS,
+            lifecycle_names=(BOARD_NODE,),
+            restarts=ACQUISITION_RESTARTS,
             companions=(CRANK_DRIVE_NODE,),
         ),
     )
@@ -268,7 +273,8 @@ def joined(graph: Graph, clock_offset_ns: int) -> Graph:
     (towtank_node.trial_clock), and whom to listen to (towtank_node.senders)."""
     node_names = [CONDUCTOR_NODE]  # it leads the graph, and is none of it
     for item in graph:
-        node_names += [*item.node_names, *(item.companions if isinstance(item, RosNode) else ())]
+        companions = item.companions if isinstance(item, NodeGroup) else ()
+        node_names += [*item.node_names, *companions]
     told = {"clock_offset_ns": clock_offset_ns, "senders": " ".join(node_names)}
     return tuple(
         item if isinstance(item, Program) else replace(item, parameters={**item.parameters, **told})

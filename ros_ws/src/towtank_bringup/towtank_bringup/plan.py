@@ -96,6 +96,7 @@ def plan_trial(
         port or runtime / "board",
         board_drives_crank=port is not None,
         any_calibration=any_calibration,
+        zeros=runtime / "zeros",
     )
     graph = measurement(settings)
     if port is None:

@@ -18,7 +18,7 @@ from typing import Any
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
 from towtank_bringup.environment import NO_LOG_FILES
-from towtank_bringup.graph import Graph, Item, Program, RosNode
+from towtank_bringup.graph import Graph, Item, NodeGroup, Program, RosNode
 
 STOP_TIMEOUT_S = 10.0
 _PR_SET_PDEATHSIG = 1
@@ -105,7 +105,7 @@ class ProcessGroup:
         """
         for item in graph:
             log = self._logs / (item.full_name.strip("/").replace("/", ".") + ".log")
-            restarts = item.restarts if isinstance(item, RosNode) else 0
+            restarts = item.restarts if isinstance(item, NodeGroup) else 0
             process = Process(item, self._spawn(item, log), log, restarts)
             self._processes.append(process)
             watch()

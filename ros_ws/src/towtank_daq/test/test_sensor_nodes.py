@@ -340,7 +340,6 @@ def test_missed_scans_are_reported(bench):
     made.send([0] * 6)
     made.spin_until(lambda: len(joints) == 2)
     made.spin_until(lambda: made.values()["scans_missed"] == "3")
-    assert made.values()["overruns"] == "0"
 
 
 @pytest.mark.timeout(60)

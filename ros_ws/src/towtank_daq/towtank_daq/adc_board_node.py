@@ -25,6 +25,7 @@ from array import array
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from towtank_interfaces.msg import AdcScan
@@ -57,6 +58,8 @@ from towtank_daq.serial_port import SerialPort
 _POLL_S = 0.05  # how soon the serial thread sees that it shall end, or what the drive is asked for
 _CLOCK_STEP_S = 0.01  # reading one clock after the other costs microseconds
 _FAILURES = (BoardError, OSError)
+EXPECTED_ERRORS = (RigError, DescriptionError, ProtocolError)
+"""That making the node may end with: a rig or a board that does not fit."""
 _NOT_ACTIVE = "the board's node is not active any more"
 _STOP_S = 1.0  # what a stop between runs waits for a transition that goes on
 
@@ -73,11 +76,16 @@ def _alone(transition: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class AdcBoardNode(ManagedNode):
-    """The ADC board on a serial port."""
+    """The ADC board on a serial port, node /measured/adc_board.
 
-    def __init__(self) -> None:
+    on_scan: gets each scan too, once it is published, in the serial thread; it may neither raise
+    nor keep the message.
+    """
+
+    def __init__(self, on_scan: Callable[[AdcScan], None] = lambda scan: None) -> None:
         namespace, name = split_name(BOARD_NODE)
         super().__init__(name, namespace=namespace)
+        self._on_scan = on_scan
         board = load_description(installed_description())
         rates = board.sampling.rate_hz
         parameters = read_parameters(
@@ -139,7 +147,6 @@ class AdcBoardNode(ManagedNode):
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
         self._failure = ""
-        self._failed = self.create_guard_condition(self._on_thread_failed)
         self._told_step_s = 0.0
         self._latencies_s: list[float] = []
         self._scans = self.create_lifecycle_publisher(
@@ -262,7 +269,7 @@ class AdcBoardNode(ManagedNode):
                 self._failure = f"fault in the board's node, see its log: {error!r}"
             with contextlib.suppress(Exception):  # the fault again; the stop is sent before that
                 self._drive.release(self._board)
-            self._failed.trigger()
+            self.executor.create_task(self._on_thread_failed)
 
     def _publish(self, scan: Scan) -> None:
         with self._diagnostics.cycle():
@@ -279,6 +286,7 @@ class AdcBoardNode(ManagedNode):
             message.count_epoch = scan.count_epoch
             self._scans.publish(message)
             self._latencies_s.append((time.monotonic_ns() - scan.stamp_ns) * 1e-9)
+        self._on_scan(message)
 
     def _on_warning(self, text: str) -> None:
         """What the driver has to say in a run, which it goes on with."""
@@ -406,11 +414,11 @@ def _check_channels(rig_path: str, board: BoardDescription) -> None:
         )
 
 
-def make_nodes() -> list[Node]:
+def make_nodes(on_scan: Callable[[AdcScan], None] = lambda scan: None) -> list[Node]:
     """Make the board's node, and that of the crank's drive on it, if there is one."""
-    board = AdcBoardNode()
+    board = AdcBoardNode(on_scan)
     return [board] if board.drive_node is None else [board, board.drive_node]
 
 
 def main() -> None:
-    sys.exit(run_nodes(make_nodes, (RigError, DescriptionError, ProtocolError)))
+    sys.exit(run_nodes(make_nodes, EXPECTED_ERRORS, make_executor=EventsExecutor))

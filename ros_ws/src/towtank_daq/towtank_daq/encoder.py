@@ -85,6 +85,14 @@ class VelocityFilter:
         return (end - start) / ((end_ns - start_ns) * 1e-9)
 
 
+class Origin(NamedTuple):
+    """The count at a shaft's origin, None where that is lost, and the epoch that it belongs to,
+    None before the first count."""
+
+    count: int | None
+    epoch: int | None
+
+
 class Encoder:
     """One shaft: counts to position and velocity.
 
@@ -106,6 +114,15 @@ class Encoder:
     def lost(self) -> bool:
         """Whether the position is not known any more."""
         return self._origin is None and self._epoch is not None
+
+    @property
+    def origin(self) -> Origin:
+        return Origin(self._origin, self._epoch)
+
+    def restore(self, origin: Origin) -> None:
+        """Go on from an origin, in place of the next count's."""
+        self._origin, self._epoch = origin
+        self._to_zero = False
 
     def zero(self) -> None:
         """Make the next count the origin."""
@@ -142,6 +159,7 @@ class Drive(NamedTuple):
 
 
 AT_REST = Drive(0.0, 0.0, 0.0)
+UNKNOWN = Drive(math.nan, math.nan, math.nan)
 
 
 class DriveWatch:
@@ -169,6 +187,16 @@ class DriveWatch:
         """Make the next counts the origins."""
         self._crank.zero()
         self._carriage.zero()
+
+    @property
+    def origins(self) -> tuple[Origin, Origin]:
+        """Of crank and carriage."""
+        return self._crank.origin, self._carriage.origin
+
+    def restore(self, crank: Origin, carriage: Origin) -> None:
+        """Go on from these origins, in place of the next counts'."""
+        self._crank.restore(crank)
+        self._carriage.restore(carriage)
 
     @property
     def lost(self) -> bool:

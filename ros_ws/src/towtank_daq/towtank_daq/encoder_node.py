@@ -22,7 +22,7 @@ from towtank_node.stamps import set_stamp, stamp_ns
 from towtank_rig.motion import tow_point_motion
 from towtank_uncertainty.crank_budget import CrankBudget
 
-from towtank_daq.encoder import WINDOW_S, Drive, DriveWatch
+from towtank_daq.encoder import UNKNOWN, WINDOW_S, Drive, DriveWatch, Origin
 from towtank_daq.scan_node import ScanNode
 
 _PARAMETERS = (
@@ -47,8 +47,7 @@ class EncoderNode(ScanNode):
 
     def __init__(self) -> None:
         super().__init__(names.ENCODER_NODE, _PARAMETERS)
-        self.watch = DriveWatch(self.rig, self.parameters.velocity_window_s)
-        """What makes each scan's `drive`, for this node and for those of the other sensors."""
+        self._watch = DriveWatch(self.rig, self.parameters.velocity_window_s)
         self._motion = tow_point_motion(self.rig.tow_point)
         self._lost = False
         self._joints = JointState()
@@ -61,7 +60,25 @@ class EncoderNode(ScanNode):
         self._crank_motion_ns = 0  # when it was published last
         self._crank_motions = publisher(self, topics.CRANK_MOTION)
         self._publisher = publisher(self, topics.MEASURED_JOINTS)
+        if kept := self.kept_zero.read():
+            self._watch.restore(*(Origin(*origin) for origin in kept["origins"]))
+            self._crank_motion.zeroed = kept["zeroed"]
+        self._kept_origins: tuple[Origin, Origin] | None = self._watch.origins
         server(self, ZERO.of("~"), self._on_zero)
+
+    def drive_at(self, scan: AdcScan) -> Drive:
+        """How the drive moves at a scan, for this node and for those of the other sensors."""
+        with self.one_at_a_time:
+            try:
+                return self._watch.update(
+                    stamp_ns(scan.header.stamp),
+                    scan.crank_count,
+                    scan.carriage_count,
+                    scan.count_epoch,
+                )
+            except Exception as error:  # noqa: BLE001 - the thread has others to serve
+                self.fault(error)
+                return UNKNOWN
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
         # The board latches the counts at the scan's tick: no delay to add
@@ -76,9 +93,12 @@ class EncoderNode(ScanNode):
             self._publish_crank_motion(sampled_ns, drive.crank_angle, heave)
         self.ready()
         self._tell_reference()
+        if (origins := self._watch.origins) != self._kept_origins:
+            self._kept_origins = origins
+            self.keep_zero(origins=origins, zeroed=self._crank_motion.zeroed)
 
     def _tell_reference(self) -> None:
-        lost = self.watch.lost
+        lost = self._watch.lost
         if lost == self._lost:
             return
         self._lost = lost
@@ -92,7 +112,7 @@ class EncoderNode(ScanNode):
             self.diagnostics.warn(what)
         else:
             self.get_logger().info("crank and carriage are zeroed again")
-            self.diagnostics.ready()
+            self.say_ready()
 
     def _publish_crank_motion(self, sampled_ns: int, angle: float, heave: float) -> None:
         message = self._crank_motion
@@ -106,9 +126,11 @@ class EncoderNode(ScanNode):
         self._crank_motions.publish(message)
 
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.watch.zero()
-        self._crank_motion.zeroed = True
-        self._crank_motion_ns = 0  # told with the next scan
+        with self.one_at_a_time:
+            self._watch.zero()
+            self._crank_motion.zeroed = True
+            self._crank_motion_ns = 0  # told with the next scan
+            self._kept_origins = None  # kept with it
         response.success = True
         response.message = "crank and carriage are zero at the next scan"
         return response

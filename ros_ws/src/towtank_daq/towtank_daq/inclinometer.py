@@ -72,6 +72,7 @@ class Inclinometer:
         )
         """Standard deviation of one sample of one axis by noise, m/s^2."""
         self._stated = lru_cache(maxsize=1000)(self._stated_at)
+        self._stated(0, 0, 0, 0)  # the first takes long, for what all have in common
 
     def process(
         self, codes: Sequence[int], valid_mask: int, drive: Drive = AT_REST

@@ -31,11 +31,13 @@ class InclinometerNode(ScanNode):
         self._inclinations = publisher(self, topics.INCLINATION)
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
-        reading = self._sensor.process(scan.codes, scan.valid_mask, drive)
-        health = self._health.update(scan.codes, scan.valid_mask)
+        codes, delays_ns = scan.codes.tolist(), scan.channel_delay_ns.tolist()
+        reading = self._sensor.process(codes, scan.valid_mask, drive)
+        health = self._health.update(codes, scan.valid_mask)
         self.note_health(health)
-        delays_ns = [int(scan.channel_delay_ns[channel]) for channel in self._sensor.channels]
-        sampled_ns = stamp_ns(scan.header.stamp) + sum(delays_ns) // len(delays_ns)
+        channels = self._sensor.channels
+        delay_ns = sum(delays_ns[channel] for channel in channels) // len(channels)
+        sampled_ns = stamp_ns(scan.header.stamp) + delay_ns
         imu, inclination = self._imu, self._inclination
         set_stamp(imu.header.stamp, sampled_ns)
         set_stamp(inclination.header.stamp, sampled_ns)

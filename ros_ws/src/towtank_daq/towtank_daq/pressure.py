@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from towtank_rig import Rig
 from towtank_rig.conversion import depth_conversion
@@ -74,6 +75,14 @@ class _Stated:
     absolute_u95: float
     zeroed: float
     zeroed_u95: float
+
+
+class Zero(NamedTuple):
+    """Where a sensor was zeroed, m below still water as it read then, and the scatter of a sample
+    about it, m."""
+
+    depth: float
+    scatter: float
 
 
 class PressureSensor:
@@ -164,10 +173,19 @@ class PressureSensor:
                 f"is {1e3 * expected:.2f} mm: bring the sensor to rest, or check its wiring, and "
                 "zero again"
             )
-        self._rest_depth = mean
-        self._type_a = scatter * math.sqrt(1.0 + 1.0 / len(self._recent))  # a sample's, the mean's
-        self._stated.cache_clear()
+        # a sample's, the mean's
+        self.restore(Zero(mean, scatter * math.sqrt(1.0 + 1.0 / len(self._recent))))
         return f"zero at {mean:.4f} m, mean of {wanted} scans, scatter {1e3 * scatter:.2f} mm"
+
+    @property
+    def zero_taken(self) -> Zero | None:
+        """What zeroing has found; None before."""
+        return None if self._rest_depth is None else Zero(self._rest_depth, self._type_a)
+
+    def restore(self, zero: Zero) -> None:
+        """Go on from where the sensor was zeroed."""
+        self._rest_depth, self._type_a = zero
+        self._stated.cache_clear()
 
     def _stated_at(self, depth_steps: int, speed_steps: int) -> _Stated:
         at = OperatingPoint(

@@ -14,7 +14,7 @@ from towtank_node.services import ZERO
 from towtank_node.stamps import set_stamp, stamp_ns
 
 from towtank_daq.encoder import Drive
-from towtank_daq.pressure import PressureSensor, ZeroingError
+from towtank_daq.pressure import PressureSensor, Zero, ZeroingError
 from towtank_daq.scan_node import ScanNode
 from towtank_daq.sensor_health import PressureHealth
 
@@ -39,13 +39,15 @@ class PressureNode(ScanNode):
         self._pressures = publisher(self, topics.PRESSURE.within(MEASURED, body))
         self._depths = publisher(self, topics.DEPTH.within(MEASURED, body))
         self._zeroed = ""
+        if kept := self.kept_zero.read():
+            self._sensor.restore(Zero(**kept["zero"]))
+            self._zeroed = kept["zeroed"]
         server(self, ZERO.of("~"), self._on_zero)
 
     def take(self, scan: AdcScan, drive: Drive) -> None:
-        reading = self._sensor.process(scan.codes, scan.valid_mask, drive)
-        health = self._health.update(
-            scan.codes, scan.valid_mask, scan.crank_count, scan.count_epoch
-        )
+        codes = scan.codes.tolist()
+        reading = self._sensor.process(codes, scan.valid_mask, drive)
+        health = self._health.update(codes, scan.valid_mask, scan.crank_count, scan.count_epoch)
         self.note_health(health)
         sampled_ns = stamp_ns(scan.header.stamp) + int(scan.channel_delay_ns[self._sensor.channel])
         pressure, depth = self._pressure, self._depth
@@ -73,7 +75,9 @@ class PressureNode(ScanNode):
 
     def _on_zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
-            self._zeroed = response.message = self._sensor.zero()
+            with self.one_at_a_time:
+                self._zeroed = response.message = self._sensor.zero()
+            self.keep_zero(zero=self._sensor.zero_taken._asdict(), zeroed=self._zeroed)
             response.success = True
             self.get_logger().info(response.message)
         except ZeroingError as error:

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-import threading
 import time
 
 import pytest
@@ -188,34 +187,6 @@ def test_stream_executor_serves_messages_timers_and_services(context):
     assert received == list(range(20))
     assert future.done()
     assert len(ticks) >= 3
-    node.destroy_node()
-
-
-def test_stream_executor_serves_with_a_message_those_that_come_soon_after(context, monkeypatch):
-    node = node_with(context)
-    executor = StreamExecutor(gather_s=0.02, context=context)
-    executor.add_node(node)
-    received, waits = [], []
-    subscription(node, COUNT, lambda m: received.append(m.data))
-    counts = publisher(node, COUNT)
-    while not counts.get_subscription_count():
-        executor.spin_once()
-
-    sleep = time.sleep
-
-    def pass_time(duration_s):
-        if threading.current_thread() is not threading.main_thread():
-            sleep(duration_s)  # the alarm's
-            return
-        waits.append(duration_s)
-        counts.publish(UInt32(data=2))
-
-    monkeypatch.setattr("towtank_node.executor.time.sleep", pass_time)
-    while not waits:  # the first may be served together with timers and services
-        counts.publish(UInt32(data=1))
-        executor.spin_once()
-    assert waits == [0.02]
-    assert received[-2:] == [1, 2]
     node.destroy_node()
 
 

@@ -35,15 +35,10 @@ _NS = 1_000_000_000
 
 
 class StreamExecutor(SingleThreadedExecutor):
-    """Single-threaded; for nodes whose work is streams. Callbacks must be plain functions.
+    """Single-threaded; for nodes whose work is streams. Callbacks must be plain functions."""
 
-    gather_s: how long a message that has come waits for others to be served with it, s. To wake
-    up, and to wake up the listeners of what is published then, costs as much as the work on a scan.
-    """
-
-    def __init__(self, gather_s: float = 0.0, **keywords: Any) -> None:
+    def __init__(self, **keywords: Any) -> None:
         super().__init__(**keywords)
-        self._gather_s = gather_s
         self._housekeeping_at = 0.0
         self._alarm = _Alarm(self.context)
 
@@ -96,8 +91,6 @@ class StreamExecutor(SingleThreadedExecutor):
             wait_set.add_guard_condition(guard.handle)
             wait_set.wait(timeout_ns)
         ready = wait_set.get_ready_entities("subscription")
-        if ready:
-            time.sleep(self._gather_s)
         for subscription in waiting:
             if subscription.handle.pointer in ready:
                 self._take_all(subscription)

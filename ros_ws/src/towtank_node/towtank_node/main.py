@@ -11,7 +11,7 @@ from typing import Any
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from towtank_node.executor import StreamExecutor
+from towtank_node.executor import HOUSEKEEPING_PERIOD_S, StreamExecutor
 from towtank_node.parameters import ParameterError
 
 
@@ -28,7 +28,7 @@ def run_nodes(
     make_nodes: Callable[[], Sequence[Any]],
     expected_errors: tuple[type[Exception], ...] = (),
     arguments: list[str] | None = None,
-    gather_s: float = 0.0,
+    make_executor: Callable[[], Any] = StreamExecutor,
 ) -> int:
     """Make nodes, spin them until SIGINT or SIGTERM, close them. Returns the exit status.
 
@@ -36,7 +36,13 @@ def run_nodes(
     while it can still publish: rclpy's own signal handlers would tear the context down first.
     Errors of the types in `expected_errors` (and ParameterError, OSError) end the process with
     one line on standard error and status 1; any other error is ours and shows its traceback.
+    A `failure` that a node has is such an error too: what a callback raises itself, EventsExecutor
+    tells with a traceback.
     A ConnectionError after the signal is none: what it was connected to has been stopped too.
+
+    make_executor: StreamExecutor, or rclpy's EventsExecutor for nodes that subscribe to nothing: it
+    waits for events instead of asking all entities, but takes no messages by their sender and knows
+    no guard conditions.
     """
     stop_signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -45,11 +51,14 @@ def run_nodes(
     nodes: Sequence[Any] = ()
     try:
         nodes = make_nodes()
-        executor = StreamExecutor(gather_s)
+        executor = make_executor()
         for node in nodes:
             executor.add_node(node)
         while not stop_signals:
-            executor.spin_once()
+            executor.spin_once(timeout_sec=HOUSEKEEPING_PERIOD_S)
+            for node in nodes:
+                if failure := getattr(node, "failure", None):
+                    raise failure
         executor.shutdown()
     except (ParameterError, OSError, *expected_errors) as error:
         if stop_signals and isinstance(error, ConnectionError):
