@@ -21,9 +21,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "plant = towtank_sim.plant_node:main",
+            "virtual_tank = towtank_sim.virtual_tank:main",
             "twin = towtank_sim.twin_node:main",
-            "bench = towtank_sim.bench_node:main",
         ],
     },
 )

@@ -65,8 +65,7 @@ def test_real_board_runs_the_same_measurement_without_the_virtual_tank(firmware,
     virtual, real = planned_graph(tmp_path), planned_graph(tmp_path, port=port)
     assert {item.full_name for item in virtual} - {item.full_name for item in real} == {
         "virtual_board",
-        names.PLANT_NODE,
-        names.BENCH_NODE,
+        "virtual_tank",
     }
     board = next(item for item in real if item.full_name == "acquisition")
     assert board.parameters["port"] == str(port)

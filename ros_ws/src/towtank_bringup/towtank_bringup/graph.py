@@ -243,22 +243,14 @@ def virtual_tank(settings: TrialSettings, tank: VirtualTankSettings) -> Graph:
     """Virtual board, plant simulator and virtual bench: what the real tank and board do else."""
     return (
         virtual_board(tank),
-        RosNode(
+        NodeGroup(
             "towtank_sim",
-            "plant",
-            *split_name(PLANT_NODE),
+            "virtual_tank",
+            (PLANT_NODE, BENCH_NODE),
             {
                 "rig": str(tank.plant_rig),
                 "segments": settings.segments,
                 "step_s": settings.step_s,
-            },
-        ),
-        RosNode(
-            "towtank_sim",
-            "bench",
-            *split_name(BENCH_NODE),
-            {
-                "rig": str(tank.plant_rig),
                 "socket": str(tank.bench_socket),
                 "noise": tank.noise,
                 "seed": tank.seed,

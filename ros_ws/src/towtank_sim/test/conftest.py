@@ -34,10 +34,10 @@ def wu_chwang():
 
 
 class RunningNode:
-    """A node of towtank_sim as its own process, in its place of the graph."""
+    """A process of towtank_sim, in its place of the graph."""
 
-    def __init__(self, module: str, namespace: str, name: str, parameters: dict):
-        arguments = ["--ros-args", "-r", f"__ns:={namespace}", "-r", f"__node:={name}"]
+    def __init__(self, module: str, remapping: tuple[str, ...], parameters: dict):
+        arguments = ["--ros-args", *remapping]
         for key, value in parameters.items():
             arguments += ["-p", f"{key}:={value}"]
         start = f"from towtank_sim.{module} import main; raise SystemExit(main())"
@@ -78,18 +78,16 @@ class Graph:
         self._executor.add_node(self.probe)
         self._nodes: list[RunningNode] = []
 
-    def start(self, module: str, namespace: str, name: str, **parameters: object) -> RunningNode:
-        self._nodes.append(RunningNode(module, namespace, name, parameters))
+    def start(self, module: str, *remapping: str, **parameters: object) -> RunningNode:
+        self._nodes.append(RunningNode(module, remapping, parameters))
         return self._nodes[-1]
 
-    def plant(self, **parameters: object) -> RunningNode:
-        return self.start("plant_node", "/plant", "simulator", **parameters)
+    def tank(self, **parameters: object) -> RunningNode:
+        return self.start("virtual_tank", **parameters)
 
     def twin(self, **parameters: object) -> RunningNode:
-        return self.start("twin_node", "/twin", "simulator", **parameters)
-
-    def bench(self, **parameters: object) -> RunningNode:
-        return self.start("bench_node", "/plant", "bench", **parameters)
+        names = ("-r", "__ns:=/twin", "-r", "__node:=simulator")
+        return self.start("twin_node", *names, **parameters)
 
     def spin_until(self, condition, what: str, may_end: RunningNode | None = None) -> None:
         """Take part in the graph until `condition()`.

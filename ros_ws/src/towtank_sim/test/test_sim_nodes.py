@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plant, bench and twin as processes in a graph."""
+"""Virtual tank (plant and bench) and twin as processes in a graph."""
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 import socket
 import struct
+import threading
 import time
 from array import array
 
@@ -35,35 +37,35 @@ def rig_path(rig) -> str:
 
 
 class FakeBoard:
-    """Listens as the virtual board does."""
+    """Listens as the virtual board does, in a thread of its own."""
 
     def __init__(self, path) -> None:
         self.path = str(path)
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._listener.bind(self.path)
         self._listener.listen(1)
-        self._listener.setblocking(False)
         self._bench: socket.socket | None = None
         self.frames: list[tuple] = []
         self.leads: list[int] = []  # of each frame when it was taken here, ns
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
 
-    def receive(self) -> int:
-        """Take what has come; returns the number of frames so far."""
-        try:
-            if self._bench is None:
-                self._bench, _ = self._listener.accept()
-                self._bench.setblocking(False)
+    def _listen(self) -> None:
+        with contextlib.suppress(OSError):  # closed
+            self._bench, _ = self._listener.accept()
             while packet := self._bench.recv(4096):
                 self.frames.append(FRAME.unpack(packet))
                 self.leads.append(self.frames[-1][2] - time.monotonic_ns())
-        except BlockingIOError:
-            pass
-        return len(self.frames)
 
     def close(self) -> None:
-        if self._bench is not None:
-            self._bench.close()
-        self._listener.close()
+        for each in (self._listener, self._bench):
+            if each is not None:
+                with contextlib.suppress(OSError):
+                    each.shutdown(socket.SHUT_RDWR)  # wakes the thread
+        self._thread.join()
+        for each in (self._listener, self._bench):
+            if each is not None:
+                each.close()
 
 
 @pytest.fixture
@@ -77,7 +79,7 @@ def board(tmp_path):
 
 
 @pytest.mark.real_time
-def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
+def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut, board):
     odometry = graph.collect(topics.PLANT_FISH)
     depressor = graph.collect(topics.PLANT_DEPRESSOR)
     imu = graph.collect(topics.PLANT_IMU)
@@ -87,7 +89,7 @@ def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
         topics.PLANT_JOINTS,
         noted=lambda m: stamp_of(m) - graph.probe.get_clock().now().nanoseconds,
     )
-    plant = graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
+    plant = graph.tank(rig=rig_path(nit_calicut), socket=board.path, lead_s=0.2)
     graph.spin_until(lambda: len(odometry) >= 150, "150 states of the plant")
 
     stamps = [stamp_of(message) for message in joints]
@@ -127,10 +129,10 @@ def test_plant_publishes_evenly_and_ahead_of_time(graph, nit_calicut):
 
 
 @pytest.mark.real_time
-def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
+def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut, board):
     joints = graph.collect(topics.PLANT_JOINTS)
     drive = client(graph.probe, SET_DRIVE)
-    graph.plant(rig=rig_path(nit_calicut))
+    graph.tank(rig=rig_path(nit_calicut), socket=board.path)
     graph.spin_until(lambda: joints and drive.service_is_ready(), "the plant")
 
     def set_drive(carriage_speed, crank_rate, ramp_time):
@@ -159,13 +161,13 @@ def test_plant_follows_drive_commands_and_refuses_bad_ones(graph, nit_calicut):
 
 
 @pytest.mark.real_time
-def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
+def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut, board):
     """Same service, same state, same words, as far as an ideal motor can."""
     states = graph.collect(topics.CRANK_DRIVE)
     statuses = graph.collect(topics.DIAGNOSTICS)
     crank = client(graph.probe, SET_CRANK_SPEED)
     carriage = client(graph.probe, SET_DRIVE)
-    graph.plant(rig=rig_path(nit_calicut))
+    graph.tank(rig=rig_path(nit_calicut), socket=board.path)
     graph.spin_until(
         lambda: states and crank.service_is_ready() and carriage.service_is_ready(), "the plant"
     )
@@ -212,9 +214,8 @@ def test_plants_crank_obeys_as_the_boards_does(graph, nit_calicut):
 @pytest.mark.real_time
 def test_bench_turns_the_plants_states_into_frames_before_their_time(graph, nit_calicut, board):
     odometry = graph.collect(topics.PLANT_DEPRESSOR)
-    graph.plant(rig=rig_path(nit_calicut), lead_s=0.2)
-    bench = graph.bench(rig=rig_path(nit_calicut), socket=board.path, noise="none")
-    graph.spin_until(lambda: board.receive() >= 100 and odometry, "100 bench frames")
+    bench = graph.tank(rig=rig_path(nit_calicut), socket=board.path, lead_s=0.2, noise="none")
+    graph.spin_until(lambda: len(board.frames) >= 100 and odometry, "100 bench frames")
     # The machine may hold up a process, and not all three for all of the 100 frames.
     assert max(board.leads) > 0
 
@@ -231,15 +232,13 @@ def test_bench_turns_the_plants_states_into_frames_before_their_time(graph, nit_
 
 
 def test_bench_ends_with_one_line_when_the_board_goes(graph, nit_calicut, board):
-    bench = graph.bench(rig=rig_path(nit_calicut), socket=board.path)
-    plant = graph.plant(rig=rig_path(nit_calicut))
-    graph.spin_until(lambda: board.receive() >= 5, "bench frames")
+    bench = graph.tank(rig=rig_path(nit_calicut), socket=board.path)
+    graph.spin_until(lambda: len(board.frames) >= 5, "bench frames")
     board.close()
     status, errors = bench.wait()
     assert status == 1
     assert errors.startswith(f"error: bench socket {board.path}: the virtual board is gone")
     assert errors.count("\n") == 1
-    assert plant.interrupt()[0] == 0
 
 
 @pytest.mark.parametrize(
@@ -252,7 +251,7 @@ def test_bench_ends_with_one_line_when_the_board_goes(graph, nit_calicut, board)
 def test_bench_without_a_board_ends_with_one_line(graph, nit_calicut, tmp_path, prepare, cause):
     path = tmp_path / "bench"
     prepare(path)
-    status, errors = graph.bench(rig=rig_path(nit_calicut), socket=path).wait()
+    status, errors = graph.tank(rig=rig_path(nit_calicut), socket=path).wait()
     assert status == 1
     assert cause in errors
     assert str(path) in errors
@@ -363,7 +362,7 @@ def test_twin_that_cannot_follow_ends_with_place_and_time(graph, nit_calicut):
 # -------------------------------------------------------------------------------- bad input
 
 
-@pytest.mark.parametrize("module", ["plant_node", "twin_node"])
+@pytest.mark.parametrize("module", ["virtual_tank", "twin_node"])
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
@@ -374,12 +373,12 @@ def test_twin_that_cannot_follow_ends_with_place_and_time(graph, nit_calicut):
     ],
 )
 def test_bad_parameters_end_a_simulator_with_one_line(
-    graph, nit_calicut, module, parameters, words
+    graph, nit_calicut, board, module, parameters, words
 ):
-    given = dict(parameters)
+    given = {**parameters, **({"socket": board.path} if module == "virtual_tank" else {})}
     if given.get("rig") == "{rig}":
         given["rig"] = rig_path(nit_calicut)
-    status, errors = graph.start(module, "/test", "simulator", **given).wait()
+    status, errors = graph.start(module, **given).wait()
     assert status == 1
     assert words in errors
     assert errors.count("\n") == 1

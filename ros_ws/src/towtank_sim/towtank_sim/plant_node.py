@@ -10,6 +10,7 @@ published after its instant counts as an overrun.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
@@ -17,14 +18,14 @@ from towtank_interfaces.srv import SetDrive
 from towtank_node import names, topics
 from towtank_node.diagnostics import NodeDiagnostics
 from towtank_node.endpoints import publisher, server
-from towtank_node.main import run_nodes
 from towtank_node.parameters import Parameter, read_parameters
 from towtank_node.services import SET_DRIVE
+from towtank_node.timers import create_steady_timer
 from towtank_node.trial_clock import TrialClock
-from towtank_rig import RigError, load_rig
+from towtank_rig import load_rig
 
 import sim_core as sc
-from towtank_sim.cycles import Cycles
+from towtank_sim.bench import TrueState
 from towtank_sim.drive import DriveError, drive_command
 from towtank_sim.messages import (
     CableStateWriter,
@@ -32,7 +33,6 @@ from towtank_sim.messages import (
     JointStateWriter,
     OdometryWriter,
 )
-from towtank_sim.model import ModelError
 from towtank_sim.plant import CYCLE_NS, Plant
 from towtank_sim.simulator_parameters import RIG, SEGMENTS, STEP
 from towtank_sim.virtual_crank_node import VirtualCrankNode
@@ -56,11 +56,15 @@ _MOST_CYCLES_AT_ONCE = 10  # then services and diagnostics get their turn
 
 
 class PlantNode(Node):
-    """Node /plant/simulator."""
+    """Node /plant/simulator.
 
-    def __init__(self) -> None:
+    on_state: gets each state and its instant, CLOCK_MONOTONIC in ns, before it is published.
+    """
+
+    def __init__(self, on_state: Callable[[int, TrueState], None]) -> None:
         namespace, name = names.split_name(names.PLANT_NODE)
         super().__init__(name, namespace=namespace)
+        self._on_state = on_state
         parameters = read_parameters(self, _PARAMETERS)
         self._plant = Plant(load_rig(parameters.rig), parameters.segments, parameters.step_s)
         self._lead_ns = round(parameters.lead_s * 1e9)
@@ -81,22 +85,29 @@ class PlantNode(Node):
         clock = TrialClock(self)
         self._stamp_of_start = self._start_ns + clock.offset_ns
         self.crank_node = VirtualCrankNode(self._plant, clock)
-        self._cycles = Cycles(self, CYCLE_NS * 1e-9, self._catch_up)
+        self.failure: Exception | None = None
+        """What ended the simulation; see towtank_node.main."""
+        self._timer = create_steady_timer(self, CYCLE_NS * 1e-9, self._work)
         self._diagnostics.ready()
 
     def _ahead_ns(self) -> int:
         """By how much the plant's state lies in the future."""
         return self._start_ns + self._plant.time_ns - time.monotonic_ns()
 
+    def _work(self) -> None:
+        try:
+            self._catch_up()
+        except Exception as error:  # noqa: BLE001 - raised by the main loop
+            self._timer.cancel()
+            if isinstance(error, sc.ConvergenceError):
+                self._diagnostics.fail(f"the simulation stopped: {error}")
+            self.failure = error
+
     def _catch_up(self) -> None:
         for _ in range(_MOST_CYCLES_AT_ONCE):
             if self._ahead_ns() >= self._lead_ns:
                 break
-            try:
-                self._cycle()
-            except sc.ConvergenceError as error:
-                self._diagnostics.fail(f"the simulation stopped: {error}")
-                raise
+            self._cycle()
 
     def _cycle(self) -> None:
         with self._diagnostics.cycle():
@@ -108,8 +119,23 @@ class PlantNode(Node):
     def _publish(self) -> None:
         plant = self._plant
         stamp = self._stamp_of_start + plant.time_ns
-        drive = plant.drive()
-        fish = plant.fish()
+        drive, fish, depressor = plant.drive(), plant.fish(), plant.depressor()
+        specific_force = plant.specific_force(fish)
+        self._on_state(
+            self._start_ns + plant.time_ns,
+            TrueState(
+                time=plant.time,
+                crank_angle=drive.crank_angle,
+                carriage_position=drive.carriage_position,
+                fish_position=fish.position,
+                fish_quaternion=fish.quaternion,
+                fish_velocity=fish.velocity_in_body,
+                fish_angular_velocity=fish.angular_velocity,
+                specific_force=specific_force,
+                depressor_position=depressor.position,
+                depressor_velocity=depressor.velocity,
+            ),
+        )
         self._publish_joints(
             self._joint_states.fill(
                 stamp,
@@ -120,8 +146,8 @@ class PlantNode(Node):
             )
         )
         self.crank_node.publish(stamp)
-        self._publish_depressor(self._depressor_odometry.point(stamp, plant.depressor()))
-        self._publish_imu(self._imu.fill(stamp, fish, plant.specific_force(fish)))
+        self._publish_depressor(self._depressor_odometry.point(stamp, depressor))
+        self._publish_imu(self._imu.fill(stamp, fish, specific_force))
         self._publish_fish(self._fish_odometry.body(stamp, fish))
         if plant.time_ns // CYCLE_NS % _CYCLES_PER_CABLE_STATE == 0:
             self._publish_cables(self._cable_state.fill(stamp, plant.line_shapes()))
@@ -147,14 +173,3 @@ class PlantNode(Node):
             "carriage_speed": f"{drive.carriage_speed:.4f}",
             "crank_rate": f"{drive.crank_rate:.4f}",
         }
-
-
-def make_nodes() -> list[Node]:
-    """Make the plant's node, and that of its crank's drive."""
-    plant = PlantNode()
-    return [plant, plant.crank_node]
-
-
-def main() -> int:
-    """Run the nodes until they are stopped."""
-    return run_nodes(make_nodes, (RigError, ModelError, sc.ConvergenceError, sc.InvalidInput))
