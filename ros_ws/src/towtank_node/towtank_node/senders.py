@@ -92,18 +92,13 @@ class Senders:
         key = (topic, self._owners.get(publisher, UNKNOWN_NODE))
         self.left_out[key] = self.left_out.get(key, 0) + 1
 
-    def subscribe(
-        self,
-        topic: Topic,
-        callback: Callable[[Any], None],
-        raw: bool = False,
-    ) -> Any:
+    def subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
         """Like endpoints.subscription, for nodes that a StreamExecutor spins; returns the
         subscription."""
         if self.everybody:
-            return subscription(self._node, topic, callback, raw)
+            return subscription(self._node, topic, callback)
         stream = Stream()
-        made = subscription(self._node, topic, callback, raw, callback_group=stream)
+        made = subscription(self._node, topic, callback, callback_group=stream)
         stream.attend(made, Intake(self, made, self._monotonic_s))
         return made
 
@@ -185,8 +180,4 @@ class Stream(Unattended):
         """Call back with all messages that are waiting."""
         subscription = self._subscription
         for taken in self._intake.take():
-            subscription.callback(
-                taken.data
-                if subscription.raw
-                else deserialize_message(taken.data, subscription.msg_type)
-            )
+            subscription.callback(deserialize_message(taken.data, subscription.msg_type))
