@@ -8,6 +8,7 @@ what the host needs is read here, the hash covers all of it.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
@@ -187,8 +188,10 @@ def installed_description() -> Path:
     return Path(get_package_share_directory("towtank_daq")) / "protocol" / "board.yaml"
 
 
+@lru_cache
 def load_description(path: Path | str) -> BoardDescription:
-    """Read and check board.yaml. Raises DescriptionError, OSError."""
+    """Read and check board.yaml, once in a process: that takes 0.1 s. Raises DescriptionError,
+    OSError."""
     document = load_board(path)
     try:
         description = BoardDescription.model_validate(document)

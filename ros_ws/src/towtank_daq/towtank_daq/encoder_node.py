@@ -10,6 +10,7 @@ After a reset of the board positions are not known and NaN, until somebody zeroe
 from __future__ import annotations
 
 import math
+from array import array
 
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -85,8 +86,8 @@ class EncoderNode(ScanNode):
         sampled_ns = stamp_ns(scan.header.stamp)
         set_stamp(self._joints.header.stamp, sampled_ns)
         heave, heave_rate = self._motion.heave_of(drive.crank_angle, drive.crank_rate)
-        self._joints.position = [drive.crank_angle, drive.carriage_position, heave]
-        self._joints.velocity = [drive.crank_rate, drive.carriage_speed, heave_rate]
+        self._joints.position = array("d", (drive.crank_angle, drive.carriage_position, heave))
+        self._joints.velocity = array("d", (drive.crank_rate, drive.carriage_speed, heave_rate))
         self._publisher.publish(self._joints)
         if abs(sampled_ns - self._crank_motion_ns) >= _CRANK_MOTION_NS:
             self._crank_motion_ns = sampled_ns

@@ -23,6 +23,7 @@ class InclinometerNode(ScanNode):
         self._sensor = Inclinometer(self.rig, self.board)
         self._health = AccelerometerHealth(self.rig, self.board)
         self._imu, self._inclination = Imu(), Inclination()
+        self._covariance: tuple[float, ...] = ()
         self._imu.header.frame_id = names.FISH
         self._inclination.header.frame_id = names.ACCELEROMETER_FRAME
         self._imu.orientation_covariance[0] = -1.0  # REP-145: not measured
@@ -43,17 +44,20 @@ class InclinometerNode(ScanNode):
         set_stamp(inclination.header.stamp, sampled_ns)
         force = imu.linear_acceleration
         force.x, force.y, force.z = reading.specific_force
-        imu.linear_acceleration_covariance = reading.force_covariance
+        if reading.force_covariance is not self._covariance:  # it changes seldom
+            self._covariance = imu.linear_acceleration_covariance = reading.force_covariance
         inclination.pitch = reading.pitch
         inclination.roll = reading.roll
-        for name, uncertainty in (
-            ("pitch", reading.pitch_uncertainty),
-            ("roll", reading.roll_uncertainty),
-        ):
-            setattr(inclination, f"{name}_standard_uncertainty", uncertainty.combined)
-            setattr(inclination, f"{name}_type_a_uncertainty", uncertainty.type_a)
-            setattr(inclination, f"{name}_type_b_uncertainty", uncertainty.type_b)
-            setattr(inclination, f"{name}_u95", uncertainty.u95)
+        uncertainty = reading.pitch_uncertainty
+        inclination.pitch_standard_uncertainty = uncertainty.combined
+        inclination.pitch_type_a_uncertainty = uncertainty.type_a
+        inclination.pitch_type_b_uncertainty = uncertainty.type_b
+        inclination.pitch_u95 = uncertainty.u95
+        uncertainty = reading.roll_uncertainty
+        inclination.roll_standard_uncertainty = uncertainty.combined
+        inclination.roll_type_a_uncertainty = uncertainty.type_a
+        inclination.roll_type_b_uncertainty = uncertainty.type_b
+        inclination.roll_u95 = uncertainty.u95
         inclination.valid = reading.valid
         inclination.health.flags = int(health)
         self._imus.publish(imu)

@@ -238,7 +238,8 @@ class PressureHealth:
         """Flags after one more scan."""
         code = codes[self._channel] if valid_mask >> self._channel & 1 else None
         flags = self._watch.update(code)
-        flags |= self._motion.update(code, crank_count, count_epoch)
+        if more := self._motion.update(code, crank_count, count_epoch):
+            flags |= more  # the union of enumeration's flags takes longer than all else here
         if valid_mask >> self._excitation & 1:
             low, high = self._excitation_codes
             if not low <= codes[self._excitation] <= high:
@@ -268,7 +269,8 @@ class AccelerometerHealth:
         """Flags of all axes together after one more scan."""
         flags = Health(0)
         for channel, watch in self._watches:
-            flags |= watch.update(codes[channel] if valid_mask >> channel & 1 else None)
+            if more := watch.update(codes[channel] if valid_mask >> channel & 1 else None):
+                flags |= more
         return flags
 
 
