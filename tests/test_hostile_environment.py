@@ -141,7 +141,7 @@ def test_users_modules_in_the_current_folder_are_not_taken(shell):
 def test_empty_environment(tmp_path):
     run = Shell(tmp_path, {}).run("rig", "check", "nit_calicut_2012")
     assert run.returncode == 0, run.stderr
-    assert "set aside" not in run.stderr
+    assert "PYCACHE" not in run.stderr  # as set aside
 
 
 @pytest.mark.parametrize(
@@ -202,6 +202,21 @@ def read_only(checkout: Path, *command: object) -> subprocess.CompletedProcess[s
 def test_checkout_that_is_set_up_needs_no_writing():
     run = read_only(ROOT, SCRIPT, "rig", "check", "nit_calicut_2012")
     assert run.returncode == 0, run.stderr
+
+
+def test_who_wants_no_compiled_modules_beside_the_sources_has_them_elsewhere(tmp_path):
+    """Else every process of a trial compiles all that it imports."""
+    wanted = {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPYCACHEPREFIX": str(tmp_path)}
+    run = subprocess.run(
+        [SCRIPT, "rig", "check", "nit_calicut_2012"],
+        env=os.environ | wanted,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert list(tmp_path.rglob("yaml_nodes.*.pyc"))
+    assert "PYCACHE" not in run.stderr  # as set aside
 
 
 def test_checkout_that_is_neither_set_up_nor_ones_own_says_what_to_do(tmp_path):
