@@ -12,8 +12,8 @@ from towtank_bringup.rigs import rig_path
 from towtank_daq.board import AdcBoard
 from towtank_daq.description import installed_description, load_description
 from towtank_daq.doctor import REST_S, examine
+from towtank_daq.noise import noise_margin
 from towtank_daq.protocol import Protocol
-from towtank_daq.sensor_health import noise_margin
 from towtank_lab.virtual_sensors import VirtualSensors
 from towtank_rig import load_rig
 from towtank_uncertainty.sensor_errors import draw

@@ -9,20 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from towtank_daq.sensor_health import (
-    ADVICE,
-    AccelerometerHealth,
-    ChannelWatch,
+from towtank_daq.health_limits import (
     Limits,
-    PressureHealth,
     accelerometer_limits,
     excitation_range,
-    is_still,
     pressure_limits,
-    slow_wander,
-    wander_margin,
-    white_noise,
 )
+from towtank_daq.noise import is_still, slow_wander, wander_margin, white_noise
+from towtank_daq.sensor_health import ADVICE, AccelerometerHealth, ChannelWatch, PressureHealth
 from towtank_interfaces.msg import SensorHealth
 from towtank_node.health import Health
 from towtank_rig import load_rig

@@ -20,18 +20,17 @@ from towtank_daq.board import AdcBoard, BoardError, Scan
 from towtank_daq.clock import SLOPE_TOLERANCE
 from towtank_daq.configuration import configuration_at
 from towtank_daq.description import BoardDescription
+from towtank_daq.health_limits import accelerometer_limits, pressure_limits
 from towtank_daq.identity import StoredIdentity, calibration_mismatch, number_text
-from towtank_daq.protocol import troubles
-from towtank_daq.self_test import Check
-from towtank_daq.sensor_health import (
-    accelerometer_limits,
+from towtank_daq.noise import (
     noise_margin,
-    pressure_limits,
     slow_wander,
     wander_margin,
     wander_samples,
     white_noise,
 )
+from towtank_daq.protocol import troubles
+from towtank_daq.self_test import Check
 
 _SLICE_S = 0.01  # as fine as the virtual bench takes a movement
 _FEWEST_SCANS = 100  # noise is then known to 18 %

@@ -16,7 +16,7 @@ from towtank_uncertainty.sample import UNKNOWN, SampleUncertainty
 
 from towtank_daq.description import BoardDescription
 from towtank_daq.encoder import AT_REST, Drive
-from towtank_daq.sensor_health import FORCE_TOLERANCE
+from towtank_daq.health_limits import FORCE_TOLERANCE
 
 # Budgets take some milliseconds and change slowly: they are worked out in steps of these.
 _ANGLE_STEP = 0.1  # rad

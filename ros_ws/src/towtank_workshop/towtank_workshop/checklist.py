@@ -18,7 +18,8 @@ import numpy as np
 from towtank_daq.clock import SLOPE_TOLERANCE
 from towtank_daq.description import BoardDescription
 from towtank_daq.doctor import RESIDUAL_S, ROUND_TRIP_S, TURN_BY_HAND, greatest_noise
-from towtank_daq.sensor_health import excitation_range, noise_margin
+from towtank_daq.health_limits import excitation_range
+from towtank_daq.noise import noise_margin
 from towtank_lab.accelerometer_calibration import SIX_POSITIONS, specific_force
 from towtank_rig import Rig
 from towtank_rig.conversion import (
