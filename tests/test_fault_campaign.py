@@ -34,7 +34,6 @@ from vboard import Bootloader, ResetCause, VirtualBoard
 from virtual_line import COUNTS, MS, SECOND, TerminalLine, VirtualLine
 
 BOARD = load_description(installed_description())
-PROTOCOL = Protocol(BOARD)
 PERIOD_NS = 10 * MS
 REVOLUTIONS_PER_S = (0.5, 2.0)  # crank, carriage
 EXCITATION = 5
@@ -55,10 +54,15 @@ class Run:
     line: VirtualLine
     scans: list[Scan] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    protocol: Protocol = field(default_factory=lambda: Protocol(BOARD))
 
     def __post_init__(self) -> None:
         self.driver = AdcBoard(
-            self.line, PROTOCOL, self.scans.append, self.warnings.append, self.line.monotonic_ns
+            self.line,
+            self.protocol,
+            self.scans.append,
+            self.warnings.append,
+            self.line.monotonic_ns,
         )
 
     def begin(self) -> None:
@@ -499,7 +503,7 @@ def shared() -> Iterator[Run]:
 def told_after_s(run: Run, seconds: float) -> float:
     """Poll for so long; when the first warning came."""
     begun_ns, told_ns = run.board.now_ns, []
-    run.driver._on_warning = lambda text: (
+    run.driver.on_warning = lambda text: (
         told_ns.append(run.board.now_ns),
         run.warnings.append(text),
     )
@@ -709,7 +713,7 @@ def test_port_is_opened_again():
 def test_patience_is_for_what_may_come_back(run):
     """A board with another firmware after a reset is refused at once."""
     assert issubclass(NoAnswer, BoardError)
-    run.driver._board = BOARD.model_copy(update={"protocol": BOARD.protocol + 1})
+    run.protocol.board = BOARD.model_copy(update={"protocol": BOARD.protocol + 1})
     run.board.reset(ResetCause.WATCHDOG)
     with pytest.raises(BoardError, match="flash the firmware") as refused:
         run.driver.poll(5.0)

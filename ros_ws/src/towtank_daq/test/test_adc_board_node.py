@@ -612,7 +612,7 @@ def test_a_fault_in_the_serial_thread_is_told_and_stops_the_crank(graph, start_b
     def fail(scan):
         raise ZeroDivisionError("a mistake of ours")
 
-    driver._on_scan = fail
+    driver.on_scan = fail
     made.spin_until(lambda: made.state == State.PRIMARY_STATE_UNCONFIGURED)
     assert "fault in the board's node" in made.node._failure
     assert "a mistake of ours" in made.node._failure

@@ -5,9 +5,10 @@ import heapq
 import itertools
 import math
 import struct
+from dataclasses import replace
 
 import pytest
-from towtank_daq.board import AdcBoard, BoardError, NoAnswer
+from towtank_daq.board import AdcBoard, BoardError, NoAnswer, State
 from towtank_daq.configuration import configuration_at
 from towtank_daq.framing import FrameReader, encode_frame
 
@@ -446,10 +447,48 @@ def test_scans_with_a_bad_channel_are_counted(bench):
     assert [scan.sequence for scan in bench.scans if scan.valid_mask != 0x3F] == [5, 9]
 
 
+def test_a_scan_is_judged_by_the_channels_that_are_configured(bench):
+    """Two of six channels: a scan that has them is complete, and bad is one that lacks one."""
+    bench.board.bad_channels = dict.fromkeys(range(100), 0b110000) | {7: 0b010000}
+    bench.driver.connect()
+    configuration = configuration_at(bench.protocol.board, 100)
+    bench.driver.configure(replace(configuration, order=("accel_z", "excitation")))
+    bench.driver.start()
+    bench.driver.poll(0.5)
+    assert bench.driver.statistics.scans_bad == 1
+    assert [scan.sequence for scan in bench.scans if not scan.complete] == [7]
+    assert {scan.configured_mask for scan in bench.scans} == {0b110000}
+
+
+def test_a_run_is_in_one_state_at_a_time(bench):
+    """Idle, streaming, down while the reset board has no ADC, streaming again, its line gone:
+    a board that is deaf and idle sends nothing, which is told after 2.5 s."""
+    driver = bench.driver
+    assert driver.snapshot().state is State.IDLE
+    bench.stream(1.0)
+    assert driver.snapshot().state is State.STREAMING
+    bench.board.adc_present = False
+    bench.board.reset()
+    driver.poll(2.0)
+    down = driver.snapshot()
+    assert (down.state, down.streaming) == (State.DOWN, False)
+    assert "adc fault" in down.why
+    bench.board.adc_present = True
+    driver.poll(3.0)
+    again = driver.snapshot()
+    assert (again.state, again.why, again.streaming) == (State.STREAMING, "", True)
+    assert (down.statistics.restarts, again.statistics.restarts) == (0, 1)
+    assert (down.count_epoch, again.count_epoch, again.boot_count) == (2, 2, 2)
+    bench.board.deaf = True
+    bench.board.go_idle()
+    driver.poll(2.55)
+    assert driver.snapshot().state in (State.LINE_GONE, State.REOPENED)
+
+
 def test_gap_longer_than_the_sequence_counter(bench, monkeypatch):
     """70 000 scans without a frame: sixteen bits cannot tell, the ticks can. (The driver would have
     started the stream anew long before.)"""
-    monkeypatch.setattr("towtank_daq.board._SCANLESS_S", math.inf)
+    monkeypatch.setattr("towtank_daq.board.run.SCANLESS_S", math.inf)
     bench.board.skip = set(range(20, 70_020))
     bench.stream(701.0)
     assert bench.sequence[19:21] == [19, 70_020]
