@@ -13,14 +13,12 @@ can be configured again.
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import math
 import statistics
 import sys
 import threading
 import time
-import traceback
 from array import array
 from collections.abc import Callable
 from typing import Any
@@ -42,6 +40,7 @@ from towtank_rig import RigError, load_rig
 from towtank_rig.conversion import crank_encoder
 
 from towtank_daq.board import AdcBoard, BoardError, DriveState, Scan
+from towtank_daq.board_thread import FAILURES, BoardThread
 from towtank_daq.configuration import configuration_at
 from towtank_daq.crank_drive import CrankDrive
 from towtank_daq.crank_drive_node import CrankDriveNode
@@ -55,9 +54,7 @@ from towtank_daq.identity import calibration_mismatch, number_text
 from towtank_daq.protocol import Protocol, ProtocolError, troubles
 from towtank_daq.serial_port import SerialPort
 
-_POLL_S = 0.05  # how soon the serial thread sees that it shall end, or what the drive is asked for
 _CLOCK_STEP_S = 0.01  # reading one clock after the other costs microseconds
-_FAILURES = (BoardError, OSError)
 EXPECTED_ERRORS = (RigError, DescriptionError, ProtocolError)
 """That making the node may end with: a rig or a board that does not fit."""
 _NOT_ACTIVE = "the board's node is not active any more"
@@ -144,8 +141,7 @@ class AdcBoardNode(ManagedNode):
         self._port: SerialPort | None = None
         self._board: AdcBoard | None = None
         self._driver: AdcBoard | None = None  # kept where _board is not: it knows the counts' epoch
-        self._thread: threading.Thread | None = None
-        self._ending = threading.Event()
+        self._thread = BoardThread(self._drive, self.get_logger().error, self._on_thread_ended)
         self._failure = ""
         self._told_step_s = 0.0
         self._latencies_s: list[float] = []
@@ -180,7 +176,7 @@ class AdcBoardNode(ManagedNode):
             identity = self._board.connect()
             self._check_calibration()
             self._board.configure(self._configuration)
-        except _FAILURES as error:
+        except FAILURES as error:
             self._fail(str(error))
             return TransitionCallbackReturn.FAILURE
         version = ".".join(map(str, identity.firmware_version))
@@ -200,12 +196,10 @@ class AdcBoardNode(ManagedNode):
         result = super().on_activate(state)
         try:
             self._board.start()
-        except _FAILURES as error:
+        except FAILURES as error:
             self._failure = str(error)
             return TransitionCallbackReturn.ERROR
-        self._ending.clear()
-        self._thread = threading.Thread(target=self._serve, name="serial", daemon=True)
-        self._thread.start()
+        self._thread.start(self._board)
         self._attend(self._drive)
         self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")
         return result
@@ -217,7 +211,7 @@ class AdcBoardNode(ManagedNode):
             if not self._failure:
                 self._drive.release(self._board)
                 self._board.stop()
-        except _FAILURES as error:
+        except FAILURES as error:
             self._failure = str(error)
         self._drive.refuse(_NOT_ACTIVE)
         if self._failure:
@@ -248,7 +242,7 @@ class AdcBoardNode(ManagedNode):
             try:
                 self._drive.release(self._board)
                 self._board.stop()
-            except _FAILURES as error:
+            except FAILURES as error:
                 self.get_logger().warning(str(error))
         self._drive.refuse(_NOT_ACTIVE)
         if self._port is not None:
@@ -257,19 +251,9 @@ class AdcBoardNode(ManagedNode):
 
     # -- the serial thread
 
-    def _serve(self) -> None:
-        try:
-            while not self._ending.is_set():
-                self._board.poll(_POLL_S)
-                self._drive.serve(self._board)
-        except Exception as error:  # noqa: BLE001 - nobody else would serve the crank
-            self._failure = str(error)
-            if not isinstance(error, _FAILURES):
-                self.get_logger().error(traceback.format_exc())
-                self._failure = f"fault in the board's node, see its log: {error!r}"
-            with contextlib.suppress(Exception):  # the fault again; the stop is sent before that
-                self._drive.release(self._board)
-            self.executor.create_task(self._on_thread_failed)
+    def _on_thread_ended(self, failure: str) -> None:
+        self._failure = failure
+        self.executor.create_task(self._on_thread_failed)
 
     def _publish(self, scan: Scan) -> None:
         with self._diagnostics.cycle():
@@ -311,12 +295,12 @@ class AdcBoardNode(ManagedNode):
         if not self._between_runs.acquire(timeout=_STOP_S):
             return "the board is just being connected or started: ask again"
         try:
-            if self._thread is not None:
+            if self._thread.serves:
                 return None
             if self._board is None:
                 return "the board's node is not connected: configure it first"
             self._board.drive(action)
-        except _FAILURES as error:
+        except FAILURES as error:
             return str(error)
         finally:
             self._between_runs.release()
@@ -334,7 +318,7 @@ class AdcBoardNode(ManagedNode):
 
     def _watch_host_clock(self) -> float:
         """How far the host's clock has stepped in the run, s; a step is told once."""
-        if self._thread is None:
+        if not self._thread.serves:
             return 0.0
         step_s = (self._trial_clock.measured_offset_ns() - self._trial_clock.offset_ns) * 1e-9
         if abs(step_s - self._told_step_s) > _CLOCK_STEP_S:
@@ -346,15 +330,12 @@ class AdcBoardNode(ManagedNode):
         return step_s
 
     def _on_thread_failed(self) -> None:
-        if self._failure and self._thread is not None:
+        if self._failure and self._thread.serves:
             self.trigger_deactivate()
 
     def _join(self) -> None:
         self._attend(None)
-        if self._thread is not None:
-            self._ending.set()
-            self._thread.join()
-            self._thread = None
+        self._thread.join()
 
     def _fail(self, message: str) -> None:
         self._failure = message
