@@ -485,6 +485,21 @@ def test_a_run_is_in_one_state_at_a_time(bench):
     assert driver.snapshot().state in (State.LINE_GONE, State.REOPENED)
 
 
+def test_a_line_that_goes_without_a_run_is_opened_again_and_that_is_all(bench):
+    """There is no stream to start again, and no board that a run had begun with."""
+    driver = bench.driver
+    driver.connect()
+    bench.board.deaf = True
+    driver.poll(3.0)
+    assert driver.snapshot().state in (State.LINE_GONE, State.REOPENED)
+    bench.board.deaf = False
+    driver.poll(2.0)
+    after = driver.snapshot()
+    assert (after.state, after.streaming, after.why) == (State.IDLE, False, "")
+    assert after.statistics.reconnections == 1
+    assert bench.board.requests.count(START) == 0
+
+
 def test_gap_longer_than_the_sequence_counter(bench, monkeypatch):
     """70 000 scans without a frame: sixteen bits cannot tell, the ticks can. (The driver would have
     started the stream anew long before.)"""

@@ -195,11 +195,12 @@ class AdcBoardNode(ManagedNode):
         self._told_step_s = 0.0
         result = super().on_activate(state)
         try:
-            self._board.start()
+            board = self._connected()
+            board.start()
         except FAILURES as error:
             self._failure = str(error)
             return TransitionCallbackReturn.ERROR
-        self._thread.start(self._board)
+        self._thread.start(board)
         self._attend(self._drive)
         self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")
         return result
@@ -209,8 +210,9 @@ class AdcBoardNode(ManagedNode):
         self._join()
         try:
             if not self._failure:
-                self._drive.release(self._board)
-                self._board.stop()
+                board = self._connected()
+                self._drive.release(board)
+                board.stop()
         except FAILURES as error:
             self._failure = str(error)
         self._drive.refuse(_NOT_ACTIVE)
@@ -297,9 +299,7 @@ class AdcBoardNode(ManagedNode):
         try:
             if self._thread.serves:
                 return None
-            if self._board is None:
-                return "the board's node is not connected: configure it first"
-            self._board.drive(action)
+            self._connected().drive(action)
         except FAILURES as error:
             return str(error)
         finally:
@@ -308,9 +308,15 @@ class AdcBoardNode(ManagedNode):
 
     # -- the rest
 
+    def _connected(self) -> AdcBoard:
+        """The board. Raises BoardError if there is none."""
+        if self._board is None:
+            raise BoardError("the board's node is not connected: configure it first")
+        return self._board
+
     def _check_calibration(self) -> None:
         """Refuse a board that the rig's calibrations are not of, or warn of it."""
-        mismatch = calibration_mismatch(self._board.stored_identity(), self._calibration_id)
+        mismatch = calibration_mismatch(self._connected().stored_identity(), self._calibration_id)
         if mismatch and not self._any_calibration:
             raise BoardError(mismatch)
         if mismatch:

@@ -20,7 +20,8 @@ _END = b"\0"
 def encode_frame(payload: bytes) -> bytes:
     """The bytes on the line for one payload, with the closing zero."""
     crc = crc_hqx(payload, _CRC_SEED).to_bytes(_CRC_BYTES, "little")
-    return cobs.encode(payload + crc) + _END
+    coded: bytes = cobs.encode(payload + crc)
+    return coded + _END
 
 
 def encoded_size(payload_size: int) -> int:
@@ -90,7 +91,7 @@ class FrameReader:
 
     def _decode(self, coded: bytearray) -> bytes | None:
         try:
-            content = cobs.decode(bytes(coded))
+            content: bytes = cobs.decode(bytes(coded))
         except cobs.DecodeError:
             self.counters.bad_cobs += 1
             return None

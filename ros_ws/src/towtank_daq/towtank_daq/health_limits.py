@@ -150,7 +150,7 @@ def _in_codes(
     return Limits(
         low=max(low - 1, 0),
         high=min(high + 1, 2**channel.bits - 1),
-        short=(channel.exact_code(-aside), channel.exact_code(aside)),
+        short=(float(channel.exact_code(-aside)), float(channel.exact_code(aside))),
         noise=math.hypot(highest, motion) / channel.resolution,
         least_noise=math.hypot(least, board_noise) / channel.resolution,
     )

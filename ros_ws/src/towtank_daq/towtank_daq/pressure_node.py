@@ -12,6 +12,7 @@ from towtank_node.names import MEASURED, pressure_node
 from towtank_node.parameters import Parameter
 from towtank_node.services import ZERO
 from towtank_node.stamps import set_stamp, stamp_ns
+from towtank_rig.instruments import PressureSensorName
 
 from towtank_daq.encoder import Drive
 from towtank_daq.pressure import PressureSensor, Zero, ZeroingError
@@ -23,6 +24,12 @@ _PARAMETERS = (
 )
 
 
+_SENSORS: dict[str, PressureSensorName] = {
+    "fish": "fish_pressure",
+    "depressor": "depressor_pressure",
+}
+
+
 class PressureNode(ScanNode):
     """Ready once enough scans have come to be zeroed.
 
@@ -31,7 +38,7 @@ class PressureNode(ScanNode):
 
     def __init__(self, body: str) -> None:
         super().__init__(pressure_node(body), _PARAMETERS)
-        sensor = f"{body}_pressure"
+        sensor = _SENSORS[body]
         self._sensor = PressureSensor(self.rig, self.board, sensor, self.parameters.zero_scans)
         self._health = PressureHealth(self.rig, self.board, sensor)
         self._pressure, self._depth = FluidPressure(), Depth()
