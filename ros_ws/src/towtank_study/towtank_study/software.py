@@ -10,7 +10,10 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-PACKAGES = ("sim_core", "towtank_compare", "towtank_rig", "towtank_sim", "towtank_study")
+PACKAGES = (
+    *("sim_core", "towtank_compare", "towtank_rig", "towtank_sim", "towtank_study"),
+    "towtank_uncertainty",
+)
 """The project's packages that results depend on."""
 
 
