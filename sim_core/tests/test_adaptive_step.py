@@ -16,6 +16,7 @@ IMPLICIT = {
     "box": sc.Box(),
     "implicit Euler": sc.BackwardEuler(),
 }
+assert {type(one) for one in IMPLICIT.values()} == {*sc.INTEGRATORS.values()} - {sc.ForwardEuler}
 SECOND_ORDER = [name for name in IMPLICIT if name != "implicit Euler"]
 
 

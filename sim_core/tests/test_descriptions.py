@@ -76,6 +76,7 @@ INTEGRATORS = [
     sc.ForwardEuler(), sc.BackwardEuler(), sc.Newmark(beta=0.35, gamma=0.6), sc.HHT(alpha=-0.2),
     sc.GeneralizedAlpha(rho_inf=0.6), sc.SingleStepHoubolt(gamma_1=1.2), sc.Box(),
 ]  # fmt: skip
+assert {type(one) for one in INTEGRATORS} == set(sc.INTEGRATORS.values())
 LAWS = [*MOTIONS, *PAYOUTS, *INTEGRATORS]
 PARTS[:0] = [*LAWS, SEA, OPERATORS]
 

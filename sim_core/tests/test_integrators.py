@@ -117,6 +117,50 @@ FORWARD_EULER = Case(
 )
 ALL = {"forward Euler": FORWARD_EULER, **IMPLICIT}
 
+
+def test_every_integrator_is_tried():
+    assert {type(case.integrator) for case in ALL.values()} == set(sc.INTEGRATORS.values())
+
+
+@pytest.mark.parametrize("scheme", sc.INTEGRATORS.values(), ids=sc.INTEGRATORS)
+def test_what_an_integrator_prints_makes_it(scheme):
+    assert sc.parse_integrator(repr(scheme()))() == scheme()
+    assert sc.parse_integrator(f" {scheme.__name__} ")() == scheme()
+
+
+def test_an_integrator_as_text_has_its_parameters():
+    assert sc.parse_integrator("HHT(alpha=-0.25)")() == sc.HHT(alpha=-0.25)
+    assert sc.parse_integrator("Newmark(beta=0.35, gamma=6e-1)")() == sc.Newmark(
+        beta=0.35, gamma=0.6
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("RK4", "'RK4' is no integrator: use one of BackwardEuler, Box, "),
+        ("Integrator()", "'Integrator' is no integrator"),
+        ("HHT(-0.1)", r"'HHT\(-0.1\)' is no integrator: write it like HHT\(alpha=-0.1\)"),
+        ("HHT(alpha=a)", "is no integrator: write it like"),
+        ("HHT(**{'alpha': 0})", "is no integrator: write it like"),
+        ("HHT(alpha=-0.1", "is no integrator: write it like"),
+        ("__import__('os').getcwd()", "is no integrator: write it like"),
+        ("", "is no integrator: write it like"),
+        ("HHT(alfa=-0.1)", "HHT has no 'alfa', it has alpha"),
+        ("Box(h=1)", "Box has no 'h', it has no parameters"),
+    ],
+)
+def test_what_is_no_integrator_is_refused_with_what_is(text, message):
+    with pytest.raises(sc.InvalidInput, match=message):
+        sc.parse_integrator(text)
+
+
+def test_impossible_values_of_an_integrator_are_refused_when_it_is_made():
+    make = sc.parse_integrator("HHT(alpha=0.1)")
+    with pytest.raises(sc.InvalidInput, match="alpha"):
+        make()
+
+
 every = pytest.mark.parametrize("name", ALL)
 every_implicit = pytest.mark.parametrize("name", IMPLICIT)
 

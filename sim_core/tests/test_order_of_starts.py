@@ -29,6 +29,7 @@ INTEGRATORS = {
     "implicit Euler": (sc.BackwardEuler(), 1),
     "explicit Euler": (sc.ForwardEuler(), 1),
 }
+assert {type(one) for one, _ in INTEGRATORS.values()} == set(sc.INTEGRATORS.values())
 
 
 def weight(waves: sc.Sea | None = None, paid_out: float | None = None) -> sc.Model:

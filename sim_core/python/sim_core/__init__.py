@@ -73,6 +73,7 @@ from sim_core.added_mass import (
 )
 from sim_core.fin_coefficients import body_lift_factor, downwash_slope, lift_slope
 from sim_core.hull_tables import hull_of_revolution, polynomial_hull
+from sim_core.integrators import INTEGRATORS, parse_integrator
 from sim_core.mass_properties import (
     MassProperties,
     Part,
@@ -97,6 +98,7 @@ from sim_core.system import (
 
 __all__ = [
     "HHT",
+    "INTEGRATORS",
     "BackwardEuler",
     "Body",
     "BodyHistory",
@@ -171,6 +173,7 @@ __all__ = [
     "lamb_coefficients",
     "lift_slope",
     "mass_properties",
+    "parse_integrator",
     "plot_bending",
     "plot_loads",
     "plot_shape",

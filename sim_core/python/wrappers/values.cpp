@@ -104,10 +104,10 @@ void bind_values(nb::module_& module) {
     for (const char* name :
          {"Current", "Sea", "Tank", "Contact", "Water", "LineProperties", "Fin", "Downwash", "HullTable", "Body",
           "MotionSum", "SteadyTow", "EmergencyStop", "Turn", "Sinusoid", "SliderCrank", "TimeSeries",
-          "ResponseOperators", "ShipInSea", "SteadyPayout", "PayoutSeries",
-          "ForwardEuler", "BackwardEuler", "Newmark", "HHT", "GeneralizedAlpha", "SingleStepHoubolt", "Box"}) {
+          "ResponseOperators", "ShipInSea", "SteadyPayout", "PayoutSeries"}) {
         bind_value(module.attr(name));
     }
+    for (nb::handle integrator : module.attr("Integrator").attr("__subclasses__")()) bind_value(integrator);
     // Makes a class construct by the __init__ that it has now, which the library's own short cut passes by.
     module.def("_construct_by_init", [](nb::handle cls) {
         reinterpret_cast<PyTypeObject*>(cls.ptr())->tp_vectorcall = nullptr;

@@ -3,29 +3,12 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated
 
 from pydantic import Field, field_validator
 from towtank_rig.quantity import SI, Quantity, Section, rig_fault
 
 import sim_core as sc
-
-SCHEMES: dict[str, type[sc.Integrator]] = {
-    scheme.__name__: scheme
-    for scheme in (
-        sc.BackwardEuler,
-        sc.Box,
-        sc.ForwardEuler,
-        sc.GeneralizedAlpha,
-        sc.HHT,
-        sc.Newmark,
-        sc.SingleStepHoubolt,
-    )
-}
-
-_CALL = re.compile(r"(\w+)(?:\((.*)\))?")
-_ARGUMENT = re.compile(r"\s*(\w+)\s*=\s*([-+.\deE]+)\s*")
 
 
 class Simulation(Section):
@@ -49,31 +32,9 @@ class Simulation(Section):
     @field_validator("integrator")
     @classmethod
     def _is_a_call(cls, text: str) -> str:
-        scheme_and_parameters(text)
-        return text
-
-
-def scheme_and_parameters(text: str) -> tuple[str, dict[str, float]]:
-    """Split `HHT(alpha=-0.1)` into the scheme's name and its parameters; rig_fault otherwise."""
-    call = _CALL.fullmatch(text.strip())
-    if call is None or call[1] not in SCHEMES:
-        raise rig_fault(f"{text!r} is no integrator", f"use one of {', '.join(sorted(SCHEMES))}")
-    parameters = {}
-    for argument in filter(None, (call[2] or "").split(",")):
-        match = _ARGUMENT.fullmatch(argument)
         try:
-            parameters[match[1]] = float(match[2])  # type: ignore[index]
-        except (TypeError, ValueError):
-            raise rig_fault(
-                f"{argument!r} is no parameter of an integrator", "write it like HHT(alpha=-0.1)"
-            ) from None
-    return call[1], parameters
-
-
-def make_integrator(text: str) -> sc.Integrator:
-    """Return the integrator; sim_core's InvalidInput if it refuses the parameters."""
-    scheme, parameters = scheme_and_parameters(text)
-    try:
-        return SCHEMES[scheme](**parameters)
-    except TypeError:
-        raise sc.InvalidInput(f"{scheme} has no parameters {', '.join(parameters)}") from None
+            sc.parse_integrator(text)
+        except sc.InvalidInput as error:
+            what, _, mend = str(error).partition(": ")
+            raise rig_fault(what, mend) from None
+        return text

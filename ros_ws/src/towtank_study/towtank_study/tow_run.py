@@ -20,7 +20,7 @@ from towtank_rig import Rig
 from towtank_sim.model import LINES, build_model
 
 import sim_core as sc
-from towtank_study.simulation import Simulation, make_integrator
+from towtank_study.simulation import Simulation
 
 Array = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def simulate(rig: Rig, simulation: Simulation) -> TowRun:
     period = 2 * math.pi / rate
     model = build_model(rig, simulation.segments)
     motion, angle = _tow_point_law(rig, period)
-    integrator = make_integrator(simulation.integrator)
+    integrator = sc.parse_integrator(simulation.integrator)()
     results: list[sc.Result] = []
 
     def run_to(end: float, output_step: float) -> sc.Result:
