@@ -86,8 +86,9 @@ def test_axial_vibration_in_water_keeps_the_energy_with_that_of_its_added_mass()
     state.set_point("end", (0, 0, -7))
     step = 5e-4
     total = energies(model, state, sc.SteadyTow(position=(0, 0, -5)), step=step)
-    # It drops by about W L/EA = 6 cm and more, W ≈ 10 N of the end and half the line. The trapezoidal
-    # rule's error oscillates with (ω h)²/12 of it, ω ≤ 2√(EA/(m + ρA))/(L/4) = 84 rad/s: 2e-4.
+    # It drops by about W L/EA = 6 cm and more, W ≈ 10 N of the end and half the line. The error of
+    # the trapezoidal rule oscillates with (ω h)²/12 of that, ω ≤ 2√(EA/(m + ρA))/(L/4) = 84 rad/s:
+    # 2e-4.
     scale = 10.0 * 0.06
     assert np.abs(total - total[0]).max() < 1e-3 * scale
 
