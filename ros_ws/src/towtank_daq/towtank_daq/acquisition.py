@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 
-from rclpy.experimental import EventsExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from towtank_node.main import run_nodes
 

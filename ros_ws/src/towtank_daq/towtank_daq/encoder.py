@@ -89,7 +89,7 @@ class Origin(NamedTuple):
     """The count at a shaft's origin, None where that is lost, and the epoch that it belongs to,
     None before the first count."""
 
-    count: int | None
+    counts: int | None
     epoch: int | None
 
 

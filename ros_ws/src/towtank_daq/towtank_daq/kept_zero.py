@@ -24,7 +24,8 @@ class KeptZero:
         if self._path is None:
             return None
         try:
-            return json.loads(self._path.read_text())
+            kept: dict[str, Any] = json.loads(self._path.read_text())
+            return kept
         except FileNotFoundError:
             return None
 
