@@ -16,6 +16,11 @@ sys.path.append(str(Path(__file__).parent))  # for the modules beside this one
 from towtank_command import processes_of, run_towtank
 
 
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """What runs across parts emulates the firmware, simulates tows or starts the whole command."""
+    item.add_marker(pytest.mark.slow)
+
+
 @dataclass(frozen=True)
 class Trial:
     """A finished trial."""

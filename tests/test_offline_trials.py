@@ -44,6 +44,7 @@ def test_ideal_sensors_and_the_same_model_close_the_loop(trial):
         assert phase_difference_deg(ours.phase, theirs.phase) < 2.0, place
 
 
+@pytest.mark.timeout(1200)  # 20 trials: a minute and a half on two free cores
 def test_stated_intervals_hold_the_truth(trial):
     """With sensor errors drawn from the rig's budget the plant's true ratio lies in the stated 95 %
     interval in at least 18 of 20 seeds: at a true level of 95 % fewer than that come once in 13

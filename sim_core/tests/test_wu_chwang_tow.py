@@ -13,6 +13,8 @@ import pytest
 
 import sim_core as sc
 
+pytestmark = pytest.mark.slow
+
 PERIOD = 1.6
 LEAD_IN = 100 * PERIOD  # the slow heave mode of the fish (15 to 20 s) has died out
 PERIODS = 10

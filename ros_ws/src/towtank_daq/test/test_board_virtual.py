@@ -17,6 +17,8 @@ from towtank_daq.configuration import Configuration, configuration_at
 from towtank_daq.identity import NO_NUMBER, StoredIdentity
 from towtank_daq.protocol_records import configure
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[4]
 ELF = ROOT / "build" / "firmware" / "towtank_board.elf"
 VOLTS = (0.016, 0.020, 1.60, 1.70, 2.31, 10.0)  # at the terminals

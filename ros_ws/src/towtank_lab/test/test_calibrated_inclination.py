@@ -21,6 +21,8 @@ from towtank_rig.loading import replaced
 from towtank_uncertainty import sensor_errors
 from towtank_uncertainty.inclination_budget import inclination_budget
 
+pytestmark = pytest.mark.slow
+
 RIG = load_rig(Path(__file__).parents[4] / "hardware" / "rigs" / "nit_calicut_2012.yaml")
 BARE = replaced(RIG, {"calibrations": {}})
 SIX = [(math.radians(r), math.radians(p)) for r, p in SIX_POSITIONS.values()]

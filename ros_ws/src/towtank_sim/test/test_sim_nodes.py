@@ -24,6 +24,8 @@ from towtank_node.services import SET_CRANK_SPEED, SET_DRIVE
 from towtank_rig.conversion import carriage_encoder, depth_from_pressure, pressure_conversion
 from towtank_sim.resolution import SEGMENTS
 
+pytestmark = pytest.mark.slow
+
 PERIOD_NS = 10_000_000
 FRAME = struct.Struct("<IIq6d2d")
 

@@ -41,6 +41,7 @@ COMPILED = (
     ("ctest", "--test-dir", SANITIZED, "--parallel", CORES, "--output-on-failure"),
 )
 ANY_TIME = ((*PYTEST, "-m", "not real_time and not alone", *SPREAD, "auto"),)
+QUICK = (*PYTEST, "-m", "not slow and not real_time and not alone", *SPREAD, "auto")
 IN_TIME = (
     # A trial takes little more than half a core.
     (*PYTEST, "-m", "real_time", *SPREAD, "2"),
@@ -55,8 +56,9 @@ _ROOM_OF_A_TEST = 85
 
 
 @click.command(name="test", context_settings={"ignore_unknown_options": True})
+@click.option("--quick", is_flag=True, help="The linter, and the tests that are not slow.")
 @click.argument("pytest_arguments", nargs=-1, type=click.UNPROCESSED)
-def command(pytest_arguments: tuple[str, ...]) -> None:
+def command(quick: bool, pytest_arguments: tuple[str, ...]) -> None:
     """Run the linter, the host tests of firmware and sim_core, and all Python tests.
 
     The Python tests run on all cores, with those of firmware and sim_core beside them. Behind them
@@ -67,7 +69,9 @@ def command(pytest_arguments: tuple[str, ...]) -> None:
     source = source_tree("the tests")
     # Below it each test has a folder of its own, and sockets in that
     os.environ["TMPDIR"] = str(short_temporary_folder(_ROOM_OF_A_TEST))
-    if pytest_arguments:
+    if quick:
+        failures = _failures((*LINT, (*QUICK, *pytest_arguments)), source)
+    elif pytest_arguments:
         failures = _failures([(*PYTEST, *pytest_arguments)], source)
     elif not os.access(source / "build", os.W_OK):
         raise click.ClickException(
