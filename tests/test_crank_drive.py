@@ -13,6 +13,7 @@ from towtank_daq.board import BoardError
 from towtank_daq.configuration import configuration_at
 from towtank_daq.crank_drive import CrankDrive
 from towtank_daq.protocol import troubles
+from towtank_daq.protocol_records import START, STOP
 from towtank_rig import load_rig
 from towtank_workshop.checklist import check_list
 from vboard import ResetCause, VirtualBoard
@@ -241,12 +242,12 @@ def test_an_opened_loop_takes_the_power_at_once(rig):
     assert rig.state == ("stopped", "none")
 
 
-@pytest.mark.parametrize("command", ["start", "stop"])
+@pytest.mark.parametrize("command", [START, STOP], ids=lambda request: request.command)
 @pytest.mark.parametrize("after_ms", [1, 4])
 def test_an_opened_loop_needs_no_main_loop(rig, command, after_ms):
     """Setting the ADC up and waiting for one that is silent keep the main loop from looking."""
     rig.driver.configure(configuration_at(PROTOCOL.board, 10))
-    if command == "stop":
+    if command is STOP:
         rig.driver.start()
     rig.run(20.0, 1.0)
     rig.board.set_faults(adc_silent=True)

@@ -24,6 +24,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from drive_bounds import RPM, Motor, Rules
 from driven_crank import ELF, PROTOCOL, ROOT, Rig
+from towtank_daq.protocol_records import DriveAction, DriveArguments, drive
 from vboard import Disturbance, ResetCause, VirtualBoard, nominal_motor
 from virtual_line import COUNTS
 
@@ -342,7 +343,7 @@ def observe(rig: Rig, at: Situation, fault: Fault, rest_s: float) -> Seen:
         if board.now_ns - rested_ns > 1e9 * rest_s or passed_s > _LONGEST_S:
             break
         if at.powered and fault.host_speaks and board.now_ns - spoke_ns >= 0.25e9:
-            board.write(PROTOCOL.request("drive", 200, **_KEEP))
+            board.write(PROTOCOL.request(_KEEP, 200))
             spoke_ns = board.now_ns
         rig.line.run(board.now_ns + (250_000 if passed_s < 5e-3 else 2_000_000))
     seen.turns = (counters["crank_angle_rad"] - start_angle) / (2.0 * math.pi)
@@ -356,7 +357,7 @@ def observe(rig: Rig, at: Situation, fault: Fault, rest_s: float) -> Seen:
     return seen
 
 
-_KEEP = {"action": PROTOCOL.board.drive_action["keep"], "speed": 0, "counts_per_revolution": 0}
+_KEEP = drive(DriveArguments(DriveAction.KEEP, speed=0, counts_per_revolution=0))
 
 
 def try_fault(rig: Rig, at: Situation, fault: Fault) -> Cell:

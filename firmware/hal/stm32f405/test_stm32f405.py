@@ -20,6 +20,7 @@ import pytest
 from towtank_daq.board import AdcBoard, BoardError, Transport
 from towtank_daq.description import load_description
 from towtank_daq.protocol import Protocol
+from towtank_daq.protocol_records import DriveAction, DriveArguments, drive
 
 ROOT = Path(__file__).resolve().parents[3]
 ELF = ROOT / "build" / "firmware" / "towtank_stm32f405.elf"
@@ -203,8 +204,8 @@ def test_a_fault_takes_the_motors_power(
     driver.connect(timeout_s=20.0)
     log = tmp_path / "log"
     debugger = Debugger(tmp_path / "gdb")
-    run = {"action": PROTOCOL.board.drive_action["run"], "speed": 3000}
-    line.write(PROTOCOL.request("drive", 7, **run, counts_per_revolution=4096))
+    run = DriveArguments(DriveAction.RUN, speed=3000, counts_per_revolution=4096)
+    line.write(PROTOCOL.request(drive(run), 7))
     debugger.run_to(address_of("hal_drive_on"))
     debugger.run_to(debugger.register(LR))
     assert levels(log)[ENABLE]

@@ -17,6 +17,12 @@ MILLISECOND = 1_000_000
 SECOND = 1_000_000_000
 START_UP_S, WINDOW_S, HOLD_S = 0.065, 0.85, 9.0
 INITIALISATION_S = 0.02  # of the firmware, up to the end of its boot frame
+FROM_OUTSIDE = (  # the other causes are the firmware's own mark, and a debugger
+    ResetCause.POWER_ON,
+    ResetCause.EXTERNAL,
+    ResetCause.BROWN_OUT,
+    ResetCause.WATCHDOG,
+)
 
 Open = Callable[..., VirtualBoard]
 
@@ -47,7 +53,7 @@ def run(board: VirtualBoard, seconds: float) -> None:
     board.run_until(board.now_ns + round(seconds * SECOND))
 
 
-@pytest.mark.parametrize("cause", ResetCause)
+@pytest.mark.parametrize("cause", FROM_OUTSIDE)
 def test_every_reset_passes_through_it_and_its_cause_is_lost(open_board, cause):
     board = open_board()
     assert boots_after_s(board, 2.0) is not None
@@ -137,6 +143,6 @@ def test_an_old_one_never_ends_after_a_watchdog_reset_until_the_power_goes(open_
 
 def test_without_it_the_firmware_starts_at_once(open_board):
     board = open_board(bootloader=Bootloader.NONE)
-    for cause in ResetCause:
+    for cause in FROM_OUTSIDE:
         board.reset(cause)
         assert boots_after_s(board, 1.0) == (pytest.approx(0.01, abs=0.01), cause)

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from domain_coordinator import domain_id
 from towtank_bringup.conductor import open_conductor
 from towtank_bringup.crank_call import CrankCalls
 from towtank_bringup.graph import FIRMWARE_IMAGE, VIRTUAL_BOARD, Program, RosNode
@@ -55,6 +56,13 @@ def crank(*words: str) -> tuple[int, str]:
         check=False,
     )
     return done.returncode, done.stderr.strip()
+
+
+@pytest.fixture
+def empty_domain():
+    """A ROS domain in which none of this module's nodes is still being forgotten."""
+    with domain_id() as domain:
+        yield domain
 
 
 @pytest.fixture
@@ -277,7 +285,10 @@ def test_a_start_whose_answer_got_lost_is_judged_by_the_drives_state(monkeypatch
 
 
 @pytest.mark.timeout(60)
-def test_a_domain_without_a_board_is_told_of_with_where_trials_run(runtime, tmp_path):
+def test_a_domain_without_a_board_is_told_of_with_where_trials_run(
+    runtime, empty_domain, monkeypatch
+):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(empty_domain))
     trial = replace(running(("/trials/a", 0))[0], domain=232)
     runtime.mkdir(mode=0o700)
     (runtime / trial.file_name).write_text(trial.text())
