@@ -54,10 +54,10 @@ def test_an_emergency_stop_ends_the_trial(tmp_path, environment):
     assert processes_of(directory) == []
     assert list((tmp_path / "towtank").iterdir()) == []
     with AnyReader([directory / "bag"]) as reader:  # closed: it has its index and metadata
-        topics = {connection.topic: connection for connection in reader.connections}
+        connections = {connection.topic: connection for connection in reader.connections}
 
         def messages(topic):
-            connection = topics[topic]
+            connection = connections[topic]
             return [
                 reader.deserialize(raw, connection.msgtype)
                 for _, _, raw in reader.messages([connection])
