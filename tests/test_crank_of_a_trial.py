@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from towtank_command import TOWTANK, processes_of
+from towtank_node import topics
 
 pytestmark = pytest.mark.real_time
 

@@ -245,6 +245,26 @@ def test_the_state_before_a_transition_does_not_decide_it(led, monkeypatch):
     assert states[-1] == State.PRIMARY_STATE_INACTIVE
 
 
+def test_a_transition_whose_request_got_lost_is_asked_for_again(led, monkeypatch):
+    """The node is where it was whenever it is asked."""
+    monkeypatch.setattr("towtank_node.calls.AGAIN_S", 0.1)
+    conductor, device, _, _ = led
+    asked = []
+
+    def lose_the_first(request, response):
+        asked.append(request.transition.id)
+        if len(asked) == 1:
+            raise LookupError  # neither done nor answered
+        return change_state(request, response)
+
+    change_state = device._service_change_state.callback
+    device._service_change_state.callback = lose_the_first
+    conductor.leading = False
+    conductor._transition("/device", Transition.TRANSITION_DEACTIVATE, "deactivated")
+    assert asked == [Transition.TRANSITION_DEACTIVATE] * 2
+    assert device.led_to.count(Transition.TRANSITION_DEACTIVATE) == 1
+
+
 def test_a_zero_whose_answer_got_lost_is_done_once(context):
     """A second could come when the carriage runs; the sensor's diagnostics tell of the first."""
     name = names.pressure_node(names.FISH)

@@ -10,12 +10,18 @@ from rclpy.node import Node
 from towtank_node import calls
 from towtank_node.calls import Call
 
-_GOALS = {
-    Transition.TRANSITION_CONFIGURE: State.PRIMARY_STATE_INACTIVE,
-    Transition.TRANSITION_ACTIVATE: State.PRIMARY_STATE_ACTIVE,
-    Transition.TRANSITION_DEACTIVATE: State.PRIMARY_STATE_INACTIVE,
-    Transition.TRANSITION_CLEANUP: State.PRIMARY_STATE_UNCONFIGURED,
+_UNCONFIGURED, _INACTIVE, _ACTIVE = (
+    State.PRIMARY_STATE_UNCONFIGURED,
+    State.PRIMARY_STATE_INACTIVE,
+    State.PRIMARY_STATE_ACTIVE,
+)
+_ENDS = {
+    Transition.TRANSITION_CONFIGURE: (_UNCONFIGURED, _INACTIVE),
+    Transition.TRANSITION_ACTIVATE: (_INACTIVE, _ACTIVE),
+    Transition.TRANSITION_DEACTIVATE: (_ACTIVE, _INACTIVE),
+    Transition.TRANSITION_CLEANUP: (_INACTIVE, _UNCONFIGURED),
 }
+"""State before and behind each transition."""
 
 
 class LifecycleClient:
@@ -38,29 +44,45 @@ class LifecycleClient:
 
     def transition(self, transition: int) -> TransitionCall:
         """Ask for a transition, one of Transition's constants to a primary state."""
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return TransitionCall(self, Call(self._change_state, request), _GOALS[transition])
+        return TransitionCall(self, transition)
+
+    def change(self, transition: int) -> Call:
+        """Ask for a transition once, a ChangeState.Response."""
+        return Call(self._change_state, ChangeState.Request(transition=Transition(id=transition)))
 
 
 class TransitionCall:
-    """A transition under way, asked for once. Where no answer comes the node's state tells.
+    """A transition under way. Where no answer comes the node's state tells.
 
-    A node may answer for its state before it begins the transition: only the goal says something.
+    A node may answer for its state before it begins the transition. So only the goal says that it
+    is done; and only a node that twice is still where it was has not got the request, which is then
+    made again. A node that gets both refuses the second.
     """
 
-    def __init__(self, leader: LifecycleClient, change: Call, goal: int) -> None:
+    def __init__(self, leader: LifecycleClient, transition: int) -> None:
         self._leader = leader
-        self._change = change
-        self._goal = goal
+        self._transition = transition
+        self._before, self._goal = _ENDS[transition]
+        self._changes = [leader.change(transition)]
         self._state = leader.state(calls.AGAIN_S)
+        self._unmoved = 0
 
     def outcome(self) -> bool | None:
         """Whether the node has done it; None as long as that is not known."""
-        if (change := self._change.answer()) is not None:
-            return bool(change.success)
+        answers = [change.answer() for change in self._changes]
+        if any(answer is not None and answer.success for answer in answers):
+            return True
+        if len(answers) == 1 and answers[0] is not None:
+            return False
         if (state := self._state.answer()) is None:
             return None
         if state.current_state.id == self._goal:
             return True
+        if answers[-1] is not None:
+            return False
+        self._unmoved = self._unmoved + 1 if state.current_state.id == self._before else 0
+        if self._unmoved == 2:
+            self._unmoved = 0
+            self._changes.append(self._leader.change(self._transition))
         self._state = self._leader.state(calls.AGAIN_S)
         return None
