@@ -134,6 +134,7 @@ def trial_without(tmp_path, begin_s: float, end_s: float):
         (0.0, 2.505, 1550 - 2, 51 + 2),  # the first 0.5 s of the log, and before
         (1.0, 2.505, 1550 - 2, 51 + 2),
         (1.0, 19.0, 0, 1600),  # the whole log; not even its ends are known
+        (0.0, 30.0, 0, 0),  # no scan in the bag, and so nothing tells how many were due
     ],
 )
 def test_scans_missing_at_the_ends_are_counted(tmp_path, begin_s, end_s, received, lost):

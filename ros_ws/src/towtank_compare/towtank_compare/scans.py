@@ -63,7 +63,8 @@ def _configured(bag: Bag) -> np.ndarray:
     if bag.has_field(SCANS.name, "configured_mask"):
         return bag.series(SCANS.name, ["configured_mask"])["configured_mask"]
     codes = bag.series(SCANS.name, ["codes"])["codes"]
-    return np.full(len(codes), (1 << codes.shape[1]) - 1)
+    channels = codes.shape[1] if codes.ndim > 1 else 0  # no scan tells how many there were
+    return np.full(len(codes), (1 << channels) - 1)
 
 
 def _within_the_trial(bag: Bag, begin_ns: int, end_ns: int) -> tuple[int, int]:

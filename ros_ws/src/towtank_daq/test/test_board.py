@@ -634,6 +634,25 @@ def test_board_that_went_idle_is_started_again(bench):
     assert "has gone idle" in bench.warnings[0]
 
 
+def test_a_line_that_goes_while_the_run_is_started_again_leaves_no_run_without_scans(bench):
+    """The plug bounces under the request to start: the board answers again, but nothing streams."""
+    bench.stream(3.0)
+    answer, bounced = bench.board._answer, []
+
+    def bounce(request: bytes) -> None:
+        if request[0] == START and not bounced:
+            bounced.append(request)
+            raise OSError("the port is gone")
+        answer(request)
+
+    bench.board._answer = bounce
+    bench.board.go_idle()
+    bench.driver.poll(10.0)
+    assert bounced
+    assert bench.driver.statistics.restarts == 1
+    assert bench.board.now_ns - bench.scans[-1].stamp_ns < 100 * MS
+
+
 @pytest.mark.parametrize("reset", [False, True])
 @pytest.mark.parametrize("answered", [0, 4])
 def test_a_restart_that_cannot_learn_the_boards_clock_begins_no_new_epoch(bench, answered, reset):

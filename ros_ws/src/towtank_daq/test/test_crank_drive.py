@@ -114,6 +114,16 @@ def test_a_board_that_was_reset_is_told_of_the_encoder_of_a_crank_that_was_drive
     assert host.dropped == []
 
 
+def test_a_fault_of_the_program_behind_a_run_is_followed_by_a_stop(host):
+    """What came with the answer was worked on badly, and the crank may turn."""
+    host.board.lost = [ZeroDivisionError("a scan's conversion")]
+    asked = host.drive.ask("run", 30 * RPM)
+    with pytest.raises(ZeroDivisionError):
+        host.drive.serve(host.board)
+    assert [action for action, *_ in host.board.told] == ["run", "stop"]
+    assert isinstance(asked.exception(timeout=0.0), ZeroDivisionError)
+
+
 def test_a_trip_ends_the_wish(host):
     host.drive.ask("run", 30 * RPM)
     host.pass_time(1.0)

@@ -200,9 +200,9 @@ class AdcBoardNode(ManagedNode):
         except FAILURES as error:
             self._failure = str(error)
             return TransitionCallbackReturn.ERROR
+        self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")  # the thread may have warnings
         self._thread.start(board)
         self._attend(self._drive)
-        self._diagnostics.ready(f"streaming at {self._rate_hz} Hz")
         return result
 
     @_alone

@@ -130,6 +130,12 @@ class CrankDrive:
             if request.action == "run" and isinstance(error, (NoAnswer, OSError)):
                 self._stop_what_may_have_started(board)
             request.done.set_exception(error)
+        except Exception as error:
+            # A fault of the program, which its thread tells. What the answer was nobody knows.
+            request.done.set_exception(error)
+            if request.action == "run":
+                self._stop_what_may_have_started(board)
+            raise
         else:
             request.done.set_result(None)
 

@@ -15,6 +15,7 @@ _UNCONFIGURED, _INACTIVE, _ACTIVE = (
     State.PRIMARY_STATE_INACTIVE,
     State.PRIMARY_STATE_ACTIVE,
 )
+_PRIMARY = {_UNCONFIGURED, _INACTIVE, _ACTIVE, State.PRIMARY_STATE_FINALIZED}
 _ENDS = {
     Transition.TRANSITION_CONFIGURE: (_UNCONFIGURED, _INACTIVE),
     Transition.TRANSITION_ACTIVATE: (_INACTIVE, _ACTIVE),
@@ -78,8 +79,8 @@ class TransitionCall:
             return None
         if state.current_state.id == self._goal:
             return True
-        if answers[-1] is not None:
-            return False
+        if answers[-1] is not None or state.current_state.id in _PRIMARY - {self._before}:
+            return False  # refused, or it has failed
         self._unmoved = self._unmoved + 1 if state.current_state.id == self._before else 0
         if self._unmoved == 2:
             self._unmoved = 0

@@ -49,6 +49,7 @@ def run_nodes(
         signal.signal(number, lambda received, _: stop_signals.append(received))
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     nodes: Sequence[Any] = ()
+    executor: Any = None
     try:
         nodes = make_nodes()
         executor = make_executor()
@@ -59,13 +60,14 @@ def run_nodes(
             for node in nodes:
                 if failure := getattr(node, "failure", None):
                     raise failure
-        executor.shutdown()
     except (ParameterError, OSError, *expected_errors) as error:
         if stop_signals and isinstance(error, ConnectionError):
             return 0
         print(f"error: {error}", file=sys.stderr, flush=True)
         return 1
     finally:
+        if executor is not None:
+            executor.shutdown()  # while what it listens to is there
         for node in nodes:
             getattr(node, "close", lambda: None)()
             node.destroy_node()

@@ -170,7 +170,7 @@ class Run:
         if recovery.state is State.REOPENED and self._link.is_heard(FRESH_S):
             # One that has run on meanwhile streams on
             exchange = None
-            if recovery.in_run and not recovery.why:
+            if recovery.in_run and self._stream.running and not recovery.why:
                 exchange = self._synchroniser.ask()
             recovery.rejoined(exchange is not None and self._synchroniser.has_run_on(exchange))
         if recovery.why and self._link.is_heard(FRESH_IDLE_S):
