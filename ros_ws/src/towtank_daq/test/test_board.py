@@ -750,6 +750,16 @@ def test_board_that_falls_silent(bench):
     assert bench.warnings[0].startswith("the board has sent nothing for 2.5 s: check its power")
 
 
+def test_a_frame_that_breaks_off_with_the_board_is_no_word_of_it(bench):
+    """Its power goes in the middle of a frame: that is no garbage on the line."""
+    bench.stream(2.0)
+    bench.board.after(0, lambda: encode_frame(bytes(40))[:18])
+    bench.board.deaf = True
+    bench.board.go_idle()
+    bench.driver.poll(5.0)
+    assert bench.warnings[0].startswith("the board has sent nothing for 2.5 s: check its power")
+
+
 def test_stall_of_the_host_loses_nothing(bench):
     """What the board has sent meanwhile is waiting in the port's buffer."""
     bench.stream(3.0)

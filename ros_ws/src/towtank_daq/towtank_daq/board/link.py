@@ -17,10 +17,11 @@ from typing import Protocol as Interface
 
 from towtank_daq.board.errors import BoardError, NoAnswer, Refused
 from towtank_daq.board.stream import Statistics
-from towtank_daq.framing import FrameCounters, FrameReader
+from towtank_daq.framing import FrameCounters, FrameReader, encoded_size
 from towtank_daq.protocol import Protocol, ProtocolError, Response
 from towtank_daq.protocol_records import (
     IDENTIFY,
+    STREAM,
     AnswerT,
     IdentifyResponse,
     Request,
@@ -49,6 +50,7 @@ _LINE_CHECK_S = 0.25
 _DAMAGE_PERIOD_S = 2.0
 _DAMAGED_SHARE = 0.05  # of the frames, from which on it is told
 _DAMAGE_AGAIN_S = 30.0
+_LONGEST_FRAME = max(encoded_size(1 + record.LAYOUT.size) for record in STREAM.values())
 
 
 class Transport(Interface):
@@ -209,7 +211,7 @@ class Link:
     def silence(self) -> str:
         """What is wrong when nothing readable comes."""
         seconds = max(self.silent_s, SILENCE_S)
-        if not self._silent_bytes:
+        if self._silent_bytes <= _LONGEST_FRAME:  # of which the rest may never have come
             return f"the board has sent nothing for {seconds:.1f} s: " + self._line_advice(
                 "check its power and cable"
             )
