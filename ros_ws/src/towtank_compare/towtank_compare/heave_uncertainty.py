@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from towtank_rig import Rig
 from towtank_uncertainty.depth_budget import OperatingPoint, SensorBudget, depth_budget
 from towtank_uncertainty.intervals import Distribution
-from towtank_uncertainty.ratio_budget import ratio_errors, ratio_relative_uncertainty
+from towtank_uncertainty.ratio_budget import ratio_errors
 
 
 @dataclass(frozen=True)
@@ -17,11 +17,6 @@ class HeaveBudget:
 
     fish: SensorBudget
     depressor: SensorBudget
-
-    @property
-    def ratio_relative(self) -> float:
-        """Relative standard uncertainty of the ratio; what both sensors share cancels."""
-        return ratio_relative_uncertainty(self.fish, self.depressor)
 
     @property
     def ratio_errors(self) -> tuple[Distribution, ...]:
